@@ -4,14 +4,6 @@
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum RevolveError {
-    /// Fewer points than a meridian needs.
-    #[error("a meridian needs at least {least} distinct points, got {given}")]
-    TooFewPoints {
-        /// Distinct points given.
-        given: usize,
-        /// Points needed.
-        least: usize,
-    },
     /// A count is below its minimum.
     #[error("{what}: {given} given, at least {least} needed")]
     TooFew {
@@ -28,6 +20,9 @@ pub enum RevolveError {
     /// Planes across lines that are not parallel.
     #[error("only parallel rays can be cut into slabs by planes")]
     NotParallel,
+    /// An image along a list of lines.
+    #[error("an image needs parallel rays or rays between two rasters")]
+    NotRaster,
     /// A NaN or infinite coordinate.
     #[error("point {index} is not finite: ({x:?}, {r:?})")]
     NotFinitePoint {
@@ -226,16 +221,6 @@ pub(crate) fn within(
         least,
         most,
     })
-}
-
-/// Checks the tolerance of a fraction.
-pub(crate) fn share(tolerance: f64) -> Result<f64, RevolveError> {
-    within("tolerance", positive("tolerance", tolerance)?, [0.0, 1.0])
-}
-
-/// Checks the angle of a view: twelve turns, as of long helical orbits, allow 75.4 radians; most angles in degrees are larger.
-pub(crate) fn view_angle(theta: f64) -> Result<f64, RevolveError> {
-    within("view angle (radians)", theta, [-76.0, 76.0])
 }
 
 /// `Ok` if the range of indices is ascending and ends within `len`.

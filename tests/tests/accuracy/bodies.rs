@@ -7,7 +7,7 @@ use revolve_voxel::{Body, Meridian, Pose, VoxelGrid};
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {
-    name: "revolve_voxel::WeightedBody::voxelize_add",
+    name: "revolve_voxel::Body::voxelize_add",
     what: "volume fraction of a voxel inside the solid",
     reference: "1.1e5 points of a Kronecker sequence per voxel, tested against closed-form cones",
     norm: "maximum over the voxels of a row",

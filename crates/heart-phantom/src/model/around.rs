@@ -3,7 +3,7 @@
 use super::material::Wall;
 use crate::error::PhantomError;
 use nalgebra::Point3;
-use revolve_voxel::{NearestMaterial, VoxelGrid};
+use revolve_voxel::VoxelGrid;
 use std::f64::consts::PI;
 
 /// Distances from the wall, cm, that define the motion of the surroundings.
@@ -35,20 +35,20 @@ impl Wall {
         reach: Reach,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
         let (shell, pose) = self.placed_shell();
-        let moved = |p: &Point3<f64>, nearest: &NearestMaterial| {
-            let [layer, at] = nearest.material;
-            let off = match nearest.distance > 0.0 {
+        let moved = |p: &Point3<f64>, material: [f64; 2], distance: f64| {
+            let [layer, at] = material;
+            let off = match distance > 0.0 {
                 false => [0.0; 2],
                 true => {
                     let [x, r] = shell.point(layer, at);
                     [p.x - x, p.y.hypot(p.z) - r]
                 }
             };
-            let way = self.way(to, p, nearest.material, off) * reach.share(nearest.distance);
+            let way = self.way(to, p, material, off) * reach.share(distance);
             [way.x as f32, way.y as f32, way.z as f32]
         };
         let slices = 0..grid.shape()[2];
-        Ok(shell.map_voxels_around(pose, grid, slices, reach.none, moved)?)
+        Ok(shell.map_voxels(pose, grid, slices, reach.none, moved)?)
     }
 
     /// Returns the largest displacement of sampled points of the wall, cm.

@@ -195,11 +195,13 @@ impl Wall {
         grid: &VoxelGrid,
         slices: Range<usize>,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
-        let moved = |p: &Point3<f64>, material: [f64; 2]| {
+        let moved = |p: &Point3<f64>, material: [f64; 2], _| {
             let way = self.way(to, p, material, [0.0; 2]);
             [way.x as f32, way.y as f32, way.z as f32]
         };
-        Ok(self.shell.map_voxels(&self.pose, grid, slices, moved)?)
+        Ok(self
+            .shell
+            .map_voxels(&self.pose, grid, slices, 0.0, moved)?)
     }
 
     /// Returns the displacement of a body point in the lab: that of the material at a layer and membrane coordinate s, plus an

@@ -128,13 +128,13 @@ impl Wall {
         grid: &VoxelGrid,
         slices: Range<usize>,
     ) -> Result<Vec<(usize, [f32; 6])>, PhantomError> {
-        let strain = |p: &Point3<f64>, [layer, at]: [f64; 2]| {
+        let strain = |p: &Point3<f64>, [layer, at]: [f64; 2], _| {
             let point = self.material([layer, at], p);
             let strain = self.deformed(to, &point).strain();
             strain.components().map(|e| e as f32)
         };
         let (shell, pose) = self.placed_shell();
-        Ok(shell.map_voxels(pose, grid, slices, strain)?)
+        Ok(shell.map_voxels(pose, grid, slices, 0.0, strain)?)
     }
 
     fn deformed(&self, to: &Wall, point: &MaterialPoint) -> Deformation {

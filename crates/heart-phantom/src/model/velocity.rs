@@ -17,12 +17,12 @@ impl Wall {
         grid: &VoxelGrid,
         slices: Range<usize>,
     ) -> Result<Vec<(usize, [f32; 3])>, PhantomError> {
-        let velocity = |p: &Point3<f64>, found: [f64; 2]| {
+        let velocity = |p: &Point3<f64>, found: [f64; 2], _| {
             let way = at.moved(between, &self.material(found, p)) / seconds;
             [way.x as f32, way.y as f32, way.z as f32]
         };
         let (shell, pose) = self.placed_shell();
-        Ok(shell.map_voxels(pose, grid, slices, velocity)?)
+        Ok(shell.map_voxels(pose, grid, slices, 0.0, velocity)?)
     }
 
     /// Returns the velocity of a material point in cm/s, by the walls `seconds` apart before and after this one.

@@ -126,19 +126,10 @@ impl Imaging {
     /// Bytes of an unfinished image: its rows (nodes along the rows, nodes in depth, bins) and the tabulated weights.
     pub(crate) fn view_bytes(&self, camera: &Camera) -> usize {
         let of = |part: usize| {
-            let density = self.options.resolutions[part].density;
+            let (value, density) = (self.options.value, self.options.resolutions[part].density);
             let responses = self.responses.iter().map(|both| &both[part]);
-            let n_nodes = responses
-                .clone()
-                .map(DepthResponse::n_nodes)
-                .max()
-                .unwrap_or(1);
-            let (detector, value) = (camera.detector(), self.options.value);
-            let weights = responses.clone();
-            let weights = weights.map(|own| View::weight_bytes(detector, value, own));
-            let rows = responses.map(|own| View::most_heights(detector, value, own, density));
-            let rows = 40.0 * density + rows.fold(0.0, f64::max);
-            8.0 * rows * (n_nodes * camera.n_bins()) as f64 + weights.max().unwrap_or(0) as f64
+            let bytes = responses.map(|own| View::bytes(camera.detector(), value, own, density));
+            bytes.fold(0.0, f64::max)
         };
         of(0).max(of(1)) as usize
     }

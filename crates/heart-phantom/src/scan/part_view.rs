@@ -20,10 +20,21 @@ impl Scan<'_> {
         let ImagingOptions {
             value, resolutions, ..
         } = &imaging.options;
-        let (plane, detector) = (self.plane(view_idx, theta)?, self.camera.detector());
+        let (rays, detector) = (self.camera.ray_geometry(), self.camera.detector());
+        if rays.is_some_and(|rays| !rays.has_bins()) {
+            let (format, what) = ("a list of lines", "a blur or averages over bins");
+            return Err(PhantomError::Unsupported { format, what });
+        }
+        let lines = self.rays((view_idx, theta), &(0..detector.n_rows()))?;
         let response = &imaging.responses[view_idx][part];
         let density = resolutions[part].density;
-        Ok(View::new(plane, detector, *value, response, density)?)
+        Ok(View::new(
+            &lines,
+            detector.pitch(),
+            *value,
+            response,
+            density,
+        )?)
     }
 
     /// The error of a view by corners of the meridians of a heart ([`View::corner_error`]).

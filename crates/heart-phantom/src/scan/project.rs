@@ -3,7 +3,7 @@
 use super::whole::{Projected, Scan};
 use crate::HeartShape;
 use crate::error::PhantomError;
-use revolve_voxel::{Assembly, Body, Lines, RayCounters, RayPlane, Sector, Shown};
+use revolve_voxel::{Assembly, Body, Lines, RayCounters, Sector, Shown};
 use std::ops::Range;
 
 /// A shape of the heart, its body in its pose, and its defects.
@@ -11,7 +11,7 @@ pub(super) type Placement<'a> = (&'a HeartShape, &'a Body, &'a [(usize, Sector, 
 
 impl Scan<'_> {
     /// Returns the rays of a view at an angle through the centres of the bins of some rows.
-    fn rays(
+    pub(super) fn rays(
         &self,
         (view_idx, theta): (usize, f64),
         rows: &Range<usize>,
@@ -22,14 +22,6 @@ impl Scan<'_> {
             None => detector.rays(theta)?,
         };
         Ok(lines.rows(rows.clone())?)
-    }
-
-    /// Returns the rays of a view at all positions of its detector.
-    pub(super) fn plane(&self, view_idx: usize, theta: f64) -> Result<RayPlane, PhantomError> {
-        match self.camera.ray_geometry() {
-            Some(geometry) => geometry.plane(view_idx),
-            None => Ok(RayPlane::parallel(theta)?),
-        }
     }
 
     /// Adds `weight` times the line integrals of the change by the heart with its defects.

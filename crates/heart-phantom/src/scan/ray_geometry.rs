@@ -2,7 +2,7 @@
 
 use crate::error::{PhantomError, check, check_count, check_length};
 use revolve_voxel::nalgebra::{Matrix3, Point3, Vector3};
-use revolve_voxel::{Lines, ParallelDetector, PointRaster, RayPlane, RevolveError};
+use revolve_voxel::{Lines, ParallelDetector, PointRaster, RevolveError};
 use std::sync::Arc;
 
 /// Smallest determinant of the left block of a projection matrix, relative to the product of the lengths of its rows.
@@ -219,20 +219,6 @@ impl RayGeometry {
             Views::Lists(_) => None,
             Views::Rasters(rasters) => Some(rasters[view_idx]),
         }
-    }
-
-    /// Returns the rays of a view through all positions of its detector.
-    ///
-    /// # Errors
-    /// [`PhantomError::Unsupported`] for a list of lines.
-    pub(super) fn plane(&self, view_idx: usize) -> Result<RayPlane, PhantomError> {
-        let Some(ends) = self.rasters(view_idx) else {
-            let (format, what) = ("a list of lines", "a blur or averages over bins");
-            return Err(PhantomError::Unsupported { format, what });
-        };
-        let counts = [self.detector.n_bins(), self.detector.n_rows()];
-        let centre = counts.map(|n| 0.5 * (n as f64 - 1.0));
-        Ok(RayPlane::diverging(ends, self.detector.pitch(), centre)?)
     }
 
     /// Returns the lines of a view to the bins of another raster in the plane of the detector, about its centre.

@@ -3,7 +3,7 @@
 use crate::Activity;
 use crate::error::PhantomError;
 use crate::scan::{Lasting, OF_VOXEL, Scan, add_to_gates, shortest_side};
-use revolve_voxel::{Body, Organs, VoxelCounters, WeightedBody};
+use revolve_voxel::{Body, Organs, VoxelCounters};
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -141,20 +141,17 @@ fn add_shapes(
     let placed = scan.placed(&shapes)?;
     let grid = scan.camera.grid();
     let around = (scan.background).map_or(0.0, |background| background.concentration);
-    let held: Vec<[f64; 2]> = (shapes.iter())
-        .map(|shape| scan.activity.of(shape).map(|held| held - around))
-        .collect();
-    let weighted: Vec<WeightedBody> = (bodies.iter().zip(&held).zip(times))
-        .map(|((body, activity), lasting)| WeightedBody {
-            body,
-            activity,
-            weight: lasting.share,
+    let held: Vec<[f64; 2]> = (shapes.iter().zip(times))
+        .map(|(shape, lasting)| {
+            (scan.activity.of(shape)).map(|held| lasting.share * (held - around))
         })
+        .collect();
+    let weighted: Vec<(&Body, &[f64])> = (bodies.iter().zip(&held))
+        .map(|(body, activity)| (body, &activity[..]))
         .collect();
     let n_sectors: usize = shapes.iter().map(|shape| placed.of(shape).len()).sum();
     let part = simd_set::part(0..1, 1 + n_sectors);
-    let mut counters =
-        WeightedBody::voxelize_add(&weighted, grid, slices.clone(), tolerance, volume)?;
+    let mut counters = Body::voxelize_add(&weighted, grid, slices.clone(), tolerance, volume)?;
     drop(part);
     let mut sectors = 1..1 + n_sectors;
     for ((shape, body), lasting) in shapes.iter().zip(&bodies).zip(times) {

@@ -144,7 +144,8 @@ impl DepthResponse {
         for (x, own) in depths {
             let mut polynomials = vec![0.0; n];
             chebyshev(x, &mut polynomials);
-            let basis = self.basis(&polynomials);
+            let mut basis = vec![0.0; n];
+            self.add_nodes(&polynomials, &mut basis);
             let (mut variation, mut last) = (0.0, 0.0);
             for (r, of_nodes) in radii.iter().zip(of_nodes.chunks_exact(n)) {
                 let mixed: f64 = basis.iter().zip(of_nodes).map(|(l, of)| l * of).sum();
@@ -157,20 +158,12 @@ impl DepthResponse {
         Ok(MARGIN * worst)
     }
 
-    /// Returns the values of `L_j` from those of the Chebyshev polynomials.
-    fn basis(&self, polynomials: &[f64]) -> Vec<f64> {
-        let mut basis = vec![0.0; polynomials.len()];
-        self.add_nodes(polynomials, 1.0, &mut basis);
-        basis
-    }
-
-    /// Adds `weight` times the integrals of `L_j`, from those of the Chebyshev polynomials.
+    /// Adds the integrals (or values) of `L_j`, from those of the Chebyshev polynomials.
     #[inline(always)]
-    pub(super) fn add_nodes(&self, integrals: &[f64], weight: f64, nodes: &mut [f64]) {
+    pub(super) fn add_nodes(&self, integrals: &[f64], nodes: &mut [f64]) {
         let n = integrals.len();
         for (node, row) in nodes.iter_mut().zip(self.to_nodes.chunks_exact(n)) {
-            let sum: f64 = row.iter().zip(integrals).map(|(a, b)| a * b).sum();
-            *node += weight * sum;
+            *node += row.iter().zip(integrals).map(|(a, b)| a * b).sum::<f64>();
         }
     }
 

@@ -25,7 +25,7 @@ use crate::images::plane::{RayPlane, RayRow};
 use crate::images::rule::{Ends, Panel};
 use crate::images::sides::Outlines;
 use crate::rays::assembly::{Assembly, Emission, Finder, Shown, emissions};
-use crate::{ParallelDetector, RayCounters, RevolveError};
+use crate::{Lines, ParallelDetector, RayCounters, RevolveError};
 
 /// Standard deviations around the edge of a bin within which such weights change.
 const STEP: f64 = 4.0;
@@ -42,6 +42,8 @@ const SECTORS: f64 = 1.0;
 /// The density in errors, and its range; the number of rays is about proportional to its square.
 const DENSITY: &str = "density of nodes";
 const DENSITIES: [f64; 2] = [0.1, 1000.0];
+/// Rows of rays, at a density of 1, beyond those that the height of the image needs: of short panels.
+const PANEL_ROWS: f64 = 40.0;
 /// Breaks closer than this, relative to the largest coordinate, are one.
 const SAME: f64 = 1e-9;
 
@@ -86,27 +88,32 @@ impl<'a> View<'a> {
     /// the scale of the pitch, and the density is that of nodes per bin.
     pub const NARROW: f64 = 0.125;
 
-    /// A view on a detector, which is centred at (u, v) = (0, 0), with `density` nodes per standard deviation of the narrowest response (for
-    /// averages, per bin where that is narrower than an eighth of a bin), 0.1 to 1000. The error is not estimated: compare two densities, and add
-    /// [`corner_error`](Self::corner_error). A response that depends on depth needs parallel rays.
+    /// A view along lines in a raster with bins and rows of `pitch` cm on the detector, with `density` nodes per standard deviation of the narrowest
+    /// response (for averages, per bin where that is narrower than an eighth of a bin), 0.1 to 1000. The error is not estimated: compare two densities,
+    /// and add [`corner_error`](Self::corner_error). A response that depends on depth needs parallel rays. Planes between slabs have no effect.
     ///
     /// # Errors
     /// [`RevolveError::NotPositive`], [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] for the density;
-    /// [`RevolveError::NotPositive`] for a response of width zero at the centre of bins.
+    /// [`RevolveError::NotPositive`] for the pitch, and for a response of width zero at the centre of bins; [`RevolveError::NotRaster`] for a list of
+    /// lines; [`RevolveError::NoDirection`] if the source moves along the bins, because the rays of a row then lie in no plane, or if bins or rows
+    /// have no width across the rays.
     pub fn new(
-        plane: RayPlane,
-        detector: &ParallelDetector,
+        lines: &Lines,
+        pitch: [f64; 2],
         value: BinValue,
         response: &'a DepthResponse,
         density: f64,
     ) -> Result<Self, RevolveError> {
+        for width in pitch {
+            positive("pitch", width)?;
+        }
         if value == BinValue::Centre {
             positive("standard deviation", response.extremes()[0])?;
         }
-        let axes = Axis::both(detector, value);
+        let axes = Axis::both(lines.size(), pitch, value);
         let weights = |sigma: &f64| axes.map(|axis| Weights::new(axis, *sigma));
         Ok(Self {
-            plane,
+            plane: RayPlane::new(lines, pitch)?,
             axes,
             response,
             weights: response.sigmas.iter().map(weights).collect(),
@@ -114,39 +121,30 @@ impl<'a> View<'a> {
         })
     }
 
-    /// Returns about the number of rows of rays of an image of objects higher than the detector and the reach of the response.
+    /// Returns about the bytes of a view and of an image of objects higher than the detector and the reach of the response.
     #[must_use]
-    pub fn most_heights(
+    pub fn bytes(
         detector: &ParallelDetector,
         value: BinValue,
         response: &DepthResponse,
         density: f64,
     ) -> f64 {
-        let [narrowest, widest] = response.extremes();
-        let [_, rows] = Axis::both(detector, value);
-        let (n, reach) = (rows.n as f64, 2.0 * REACH * widest);
-        density
-            * match value {
-                BinValue::Average => {
-                    (n * rows.pitch + reach) / narrowest.max(Self::NARROW * rows.pitch)
-                }
-                BinValue::Centre => (n * rows.pitch.min(reach) + reach) / narrowest,
-            }
-    }
-
-    /// Returns the bytes of the weights that a view tabulates.
-    #[must_use]
-    pub fn weight_bytes(
-        detector: &ParallelDetector,
-        value: BinValue,
-        response: &DepthResponse,
-    ) -> usize {
-        let axes = Axis::both(detector, value);
+        let size = [detector.n_bins(), detector.n_rows()];
+        let axes = Axis::both(size, detector.pitch(), value);
         let tables = axes.iter().flat_map(|axis| {
             let sigmas = response.sigmas.iter();
             sigmas.map(|sigma| Weights::bytes(*axis, *sigma))
         });
-        tables.sum()
+        let [narrowest, widest] = response.extremes();
+        let Axis { n, pitch, .. } = axes[1];
+        let reach = 2.0 * REACH * widest;
+        let [high, step] = match value {
+            BinValue::Average => [pitch, narrowest.max(Self::NARROW * pitch)],
+            BinValue::Centre => [pitch.min(reach), narrowest],
+        };
+        let rows = PANEL_ROWS + (n as f64 * high + reach) / step;
+        let sums = density * rows * (response.n_nodes() * size[0]) as f64;
+        size_of::<f64>() as f64 * sums + tables.sum::<usize>() as f64
     }
 
     /// Returns the image of some rows. Its samples are bitwise identical to those of all rows, for any number of threads.
@@ -299,15 +297,7 @@ impl<'a> View<'a> {
         height: [f64; 2],
         work: &mut Work,
     ) -> Line {
-        let Work {
-            finder,
-            breaks,
-            panels,
-            depths,
-            integrals,
-            emissions,
-            matrices,
-        } = work;
+        let (breaks, mut panels) = (&mut work.breaks, std::mem::take(&mut work.panels));
         let row = self.plane.row(height[0]);
         breaks.clear();
         outlines.add_positions(&row, breaks);
@@ -318,8 +308,8 @@ impl<'a> View<'a> {
             Shown::Organs => extremes(breaks),
             Shown::Change => of_body,
         };
-        self.add_panels((0, shown), bounds, breaks, panels);
-        let bins = self.bins_of(panels);
+        self.add_panels((0, shown), bounds, breaks, &mut panels);
+        let bins = self.bins_of(&panels);
         let mut line = Line {
             height,
             sums: vec![0.0; self.response.n_nodes() * bins.len()],
@@ -333,14 +323,11 @@ impl<'a> View<'a> {
             assembly,
             shown,
             row: &row,
-            panels,
-            finder,
-            integrals,
-            depths,
-            emissions,
-            matrices,
+            panels: &panels,
+            work,
             line: &mut line,
         });
+        work.panels = panels;
         line
     }
 
@@ -399,12 +386,7 @@ struct Cast<'a, 'b> {
     shown: Shown,
     row: &'a RayRow,
     panels: &'a [Panel],
-    finder: &'a mut Finder,
-    /// Integrals of Chebyshev polynomials along a ray, and those of the nodes of the response for the rays of a panel, `[ray][node]`.
-    integrals: &'a mut Vec<f64>,
-    depths: &'a mut Vec<f64>,
-    emissions: &'a mut Vec<Emission>,
-    matrices: &'a mut BTreeMap<[usize; 2], Vec<f64>>,
+    work: &'a mut Work,
     line: &'a mut Line,
 }
 
@@ -417,23 +399,25 @@ impl simd_set::Work for Cast<'_, '_> {
         let mut mixed = vec![0.0; n_nodes];
         for panel in self.panels {
             let positions = panel.positions();
-            self.depths.clear();
-            self.depths.resize(positions.len() * n_nodes, 0.0);
+            self.work.depths.clear();
+            self.work.depths.resize(positions.len() * n_nodes, 0.0);
             for (k, u) in positions.iter().enumerate() {
                 self.cast(*u, k * n_nodes);
             }
             let nodes = panel.nodes();
             if !panel.interpolates() {
-                for ([u, weight], depths) in nodes.iter().zip(self.depths.chunks(n_nodes)) {
+                for ([u, weight], depths) in nodes.iter().zip(self.work.depths.chunks(n_nodes)) {
                     add_to_bins(self.view, self.line, *u, *weight, depths);
                 }
                 continue;
             }
-            let matrix =
-                (self.matrices.entry(panel.sizes())).or_insert_with(|| panel.interpolation());
+            let Work {
+                matrices, depths, ..
+            } = &mut *self.work;
+            let matrix = (matrices.entry(panel.sizes())).or_insert_with(|| panel.interpolation());
             for ([u, weight], parts) in nodes.iter().zip(matrix.chunks(positions.len())) {
                 mixed.fill(0.0);
-                for (part, depths) in parts.iter().zip(self.depths.chunks(n_nodes)) {
+                for (part, depths) in parts.iter().zip(depths.chunks(n_nodes)) {
                     for (sum, depth) in mixed.iter_mut().zip(depths) {
                         *sum += part * depth;
                     }
@@ -449,24 +433,27 @@ impl Cast<'_, '_> {
     #[inline(always)]
     fn cast(&mut self, u: f64, at: usize) {
         let response = self.view.response;
+        let Work {
+            finder,
+            integrals,
+            depths,
+            emissions: found,
+            ..
+        } = &mut *self.work;
         self.line.rays += 1;
-        let stretches = (self.finder).stretches(self.assembly, self.shown, &self.row.ray(u));
+        let stretches = finder.stretches(self.assembly, self.shown, &self.row.ray(u));
         if stretches.is_empty() {
             return;
         }
         self.line.hit += 1;
-        self.integrals.clear();
-        self.integrals.resize(response.n_nodes(), 0.0);
-        emissions(stretches, self.emissions);
-        for own in self.emissions.iter() {
-            response.add_integrals(own, self.integrals);
+        integrals.clear();
+        integrals.resize(response.n_nodes(), 0.0);
+        emissions(stretches, found);
+        for own in found.iter() {
+            response.add_integrals(own, integrals);
         }
-        self.line.largest = self.line.largest.max(self.integrals[0].abs());
-        response.add_nodes(
-            self.integrals,
-            1.0,
-            &mut self.depths[at..][..response.n_nodes()],
-        );
+        self.line.largest = self.line.largest.max(integrals[0].abs());
+        response.add_nodes(integrals, &mut depths[at..][..response.n_nodes()]);
     }
 }
 
@@ -485,6 +472,7 @@ struct Work {
     finder: Finder,
     breaks: Vec<f64>,
     panels: Vec<Panel>,
+    /// Integrals of Chebyshev polynomials along a ray, and those of the nodes of the response for the rays of a panel, `[ray][node]`.
     integrals: Vec<f64>,
     depths: Vec<f64>,
     emissions: Vec<Emission>,

@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::sync::OnceLock;
 
-use crate::ParallelDetector;
 use crate::images::rule::gauss;
 
 /// Standard deviations at which a Gaussian ends; the fraction beyond is 1.2e-7 per axis.
@@ -40,8 +39,7 @@ pub(super) struct Axis {
 
 impl Axis {
     /// Returns those of the bins and of the rows.
-    pub(super) fn both(detector: &ParallelDetector, value: BinValue) -> [Self; 2] {
-        let (counts, pitch) = ([detector.n_bins(), detector.n_rows()], detector.pitch());
+    pub(super) fn both(counts: [usize; 2], pitch: [f64; 2], value: BinValue) -> [Self; 2] {
         [0, 1].map(|k| Self {
             n: counts[k],
             pitch: pitch[k],
@@ -230,62 +228,6 @@ impl Normal {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_table_agrees_with_the_normal_distribution() {
-        let normal = Normal::get();
-        // Abramowitz & Stegun, table 26.1.
-        for (x, exact) in [
-            (0.5, 0.191462461274013),
-            (1.0, 0.341344746068543),
-            (2.0, 0.477249868051821),
-            (3.0, 0.498650101968370),
-            (5.0, 0.499999713348428),
-        ] {
-            assert!((normal.up_to(x) - exact).abs() < 1e-12, "{x}");
-            assert_eq!(normal.up_to(-x), -normal.up_to(x));
-        }
-        // Between entries.
-        for k in 0..2000 {
-            let x = 0.0031 * f64::from(k);
-            let sum: f64 = gauss(40)
-                .iter()
-                .map(|[y, w]| 0.5 * x * w * (-0.125 * x * x * (1.0 + y).powi(2)).exp())
-                .sum();
-            let exact = sum / std::f64::consts::TAU.sqrt();
-            // h^4 / 384 of the largest fourth derivative, h = 1/32.
-            assert!((normal.up_to(x) - exact).abs() < 6e-9, "{x}");
-        }
-        assert_eq!([normal.up_to(1e9), normal.up_to(-9.0)], [0.5, -0.5]);
-    }
-
-    #[test]
-    fn tabulated_weights_agree_with_computed_ones() {
-        for value in [BinValue::Average, BinValue::Centre] {
-            let (n, pitch) = (40, 0.1);
-            let axis = Axis { n, pitch, value };
-            for sigma in [0.3, 1.0, 0.1, 0.02, 0.002] {
-                let weights = Weights::new(axis, sigma);
-                for at in [0.03, -1.777, 1.234, 1.99, -2.0, 2.3, -9.0] {
-                    let mut sums = vec![0.0; 40];
-                    weights.add(at, 2.0, 0, &mut sums);
-                    let peak = 2.0 * axis.weight(-0.5, sigma);
-                    for (bin, sum) in sums.iter().enumerate() {
-                        let exact = 2.0 * axis.weight(bin as f64 - axis.place(at), sigma);
-                        assert!(
-                            (sum - exact).abs() < 2e-6 * peak,
-                            "{sigma} {at}: {sum} {exact}"
-                        );
-                        assert!(weights.bins(at).contains(&bin) || *sum == 0.0);
-                    }
-                    // A part of the bins gets the same.
-                    let mut part = vec![0.0; 9];
-                    weights.add(at, 2.0, 13, &mut part);
-                    assert_eq!(part, sums[13..22]);
-                }
-            }
-        }
-    }
 
     /// One bin, and a response of up to 1e12 times its width.
     #[test]

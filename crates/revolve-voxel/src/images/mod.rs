@@ -5,6 +5,6 @@ pub(crate) mod depth;
 pub(crate) mod image;
 pub(crate) mod kernel;
 mod outline;
-pub(crate) mod plane;
+mod plane;
 pub(crate) mod rule;
 mod sides;

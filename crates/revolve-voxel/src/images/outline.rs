@@ -432,7 +432,7 @@ pub(super) fn add_organ_heights(organ: &Organ, plane: &RayPlane, breaks: &mut Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PointRaster, Pose};
+    use crate::{Lines, ParallelDetector, PointRaster, Pose};
     use nalgebra::Point3;
 
     /// The last ray that hits a body, by bisection, touches it at one of the positions.
@@ -453,10 +453,9 @@ mod tests {
         };
         let source = raster([0.0, -30.0, 0.0], [0.0; 3], [0.0; 3]);
         let detector = raster([0.0, 20.0, 0.0], [1.0, 0.1, 0.0], [0.0, 0.0, 1.0]);
-        let planes = [
-            RayPlane::parallel(0.4).unwrap(),
-            RayPlane::diverging([source, detector], [1.0; 2], [0.0; 2]).unwrap(),
-        ];
+        let parallel = ParallelDetector::new(1, 1, [1.0; 2]).unwrap().rays(0.4);
+        let planes = [parallel, Lines::between([1; 2], source, detector)]
+            .map(|lines| RayPlane::new(&lines.unwrap(), [1.0; 2]).unwrap());
         let mut rows = 0;
         for tilt in 0..24 {
             let angle = 0.13 * f64::from(tilt);

@@ -2,60 +2,53 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{finite, view_angle};
-use crate::{OrganShape, PointRaster, Pose, Ray, RevolveError};
+use crate::rays::lines::Kind;
+use crate::{Lines, OrganShape, PointRaster, Pose, Ray, RevolveError};
 
 /// The rays through all positions (u, v) of a detector, u along the bins and v along the rows in cm from its centre: parallel rays, or rays
 /// from a point (cone beam), or rays from a line along the rows' direction (fan beam). All rays of one v lie in one plane.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RayPlane {
+pub(super) struct RayPlane {
     /// Origin and direction of the ray (0, 0), with their changes per cm along u and v.
     origin: [Vector3<f64>; 3],
     direction: [Vector3<f64>; 3],
 }
 
 impl RayPlane {
-    /// Parallel rays at view angle theta (radians): u along (cos theta, sin theta, 0), v along z, rays along
-    /// (-sin theta, cos theta, 0). The parameter of a ray is zero in the plane through the axis z.
+    /// The rays between and around lines in a raster, whose bins and rows are `pitch` cm.
     ///
     /// # Errors
-    /// As [`ParallelDetector::rays`](crate::ParallelDetector::rays).
-    pub fn parallel(theta: f64) -> Result<Self, RevolveError> {
-        let (sin, cos) = view_angle(theta)?.sin_cos();
-        let still = Vector3::zeros();
-        Ok(Self {
-            origin: [still, Vector3::new(cos, sin, 0.0), Vector3::z()],
-            direction: [Vector3::new(-sin, cos, 0.0), still, still],
-        })
-    }
-
-    /// Rays from a source, or from the points of a line, to the points of a detector. A bin or row of both rasters is `pitch` cm; the fractional
-    /// indices `centre` are at (u, v) = (0, 0).
-    ///
-    /// # Errors
-    /// [`RevolveError::NotFinite`]; [`RevolveError::NoDirection`] if the source moves along the bins: the rays of a row then lie in no
-    /// plane.
-    pub fn diverging(
-        [source, detector]: [PointRaster; 2],
-        pitch: [f64; 2],
-        centre: [f64; 2],
-    ) -> Result<Self, RevolveError> {
+    /// [`RevolveError::NotRaster`] for a list of lines; [`RevolveError::NoDirection`] if the rays of a row lie in no plane, or all rays in one.
+    pub(super) fn new(lines: &Lines, pitch: [f64; 2]) -> Result<Self, RevolveError> {
+        let [bin, row] = lines.size().map(|n| 0.5 * (n as f64 - 1.0));
+        let row = lines.first_row as f64 + row;
         let of = |raster: &PointRaster| {
-            let [bin, row] = [raster.bin_step, raster.row_step];
-            let middle = raster.first.coords + bin * centre[0] + row * centre[1];
-            [middle, bin / pitch[0], row / pitch[1]]
+            let middle = raster.first.coords + raster.bin_step * bin + raster.row_step * row;
+            [
+                middle,
+                raster.bin_step / pitch[0],
+                raster.row_step / pitch[1],
+            ]
         };
-        let (from, to) = (of(&source), of(&detector));
-        for component in from.iter().chain(&to).flat_map(|v| v.iter()) {
-            finite("position of a raster", *component)?;
-        }
-        if from[1] != Vector3::zeros() {
+        let still = Vector3::zeros();
+        let (origin, direction) = match &lines.kind {
+            Kind::Parallel(raster, direction) => (of(raster), [*direction, still, still]),
+            Kind::Between([from, to]) => {
+                let (from, to) = (of(from), of(to));
+                (from, [0, 1, 2].map(|k| to[k] - from[k]))
+            }
+            Kind::Each(_) => return Err(RevolveError::NotRaster),
+        };
+        let [ahead, along, up] = [0, 1, 2].map(|k| match k {
+            0 => direction[0],
+            _ => origin[k] + direction[k],
+        });
+        let is_flat = ahead.cross(&along).dot(&up) == 0.0;
+        // Rays whose origin and direction both change with u are in no plane.
+        if is_flat || (origin[1] != still && direction[1] != still) {
             return Err(RevolveError::NoDirection);
         }
-        Ok(Self {
-            origin: from,
-            direction: [0, 1, 2].map(|k| to[k] - from[k]),
-        })
+        Ok(Self { origin, direction })
     }
 
     /// Returns the rays at a height.

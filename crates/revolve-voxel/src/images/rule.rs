@@ -181,43 +181,6 @@ impl Panel {
 mod tests {
     use super::*;
 
-    #[test]
-    fn polynomials_and_roots_are_integrated() {
-        for n in [1, 2, 3, 8, 33, 100, 192, 500] {
-            let nodes = composite(n);
-            let sum = |power: i32| -> f64 { nodes.iter().map(|[x, w]| w * x.powi(power)).sum() };
-            // A polynomial of the transformed variable has nine times the degree; its weights have degree 8.
-            let degree = match n.div_ceil(n.div_ceil(MOST)) {
-                few @ 0..EVEN => 2 * few as i32 - 2,
-                many => (2 * many as i32 - 9) / 18 * 2,
-            };
-            // Rounding of n terms.
-            assert!((sum(0) - 2.0).abs() < 1e-13);
-            assert!(
-                (sum(degree) - 2.0 / f64::from(degree + 1)).abs() < 1e-13,
-                "{n}"
-            );
-            assert!(sum(1).abs() < 1e-13);
-        }
-        // A half circle over [1, 4]: the error falls by far more than 10 for 4 nodes more.
-        let height = |u: f64| ((u - 1.0) * (4.0 - u)).max(0.0).sqrt();
-        let area = |n: usize| {
-            let panel = Panel::new([1.0, 4.0], Ends::Roots, n, n);
-            panel
-                .nodes()
-                .iter()
-                .map(|[u, w]| w * height(*u))
-                .sum::<f64>()
-        };
-        let exact = 0.5 * std::f64::consts::PI * 1.5 * 1.5;
-        let errors = [4, 8, EVEN - 1, 400].map(|n| (area(n) / exact - 1.0).abs());
-        assert!(
-            errors[1] < 0.02 * errors[0] && errors[2] < 0.02 * errors[1],
-            "{errors:?}"
-        );
-        assert!(errors[3] < 1e-6, "{errors:?}");
-    }
-
     /// Nineteen Gaussians with the width of a bin, like those of the bins of a row.
     #[test]
     fn evenly_spaced_nodes_resolve_a_scale_with_fewer() {
@@ -236,22 +199,5 @@ mod tests {
         // The error of a lattice of the step h is 2 exp(-2 (pi sigma / h)^2); in the middle h is pi / n, and 0.76 of that.
         let [gauss, even] = [gauss(64), even(64)].map(error);
         assert!(gauss > 1e-2 && even < 3e-4, "{gauss} {even}");
-    }
-
-    #[test]
-    fn roots_are_interpolated() {
-        let panel = Panel::new([1.0, 4.0], Ends::Roots, 300, 14);
-        let height = |u: f64| ((u - 1.0) * (4.0 - u)).max(0.0).sqrt() * u.exp();
-        let values: Vec<f64> = panel.positions().into_iter().map(height).collect();
-        assert!(panel.interpolates() && values.len() == 14);
-        let matrix = panel.interpolation();
-        for ([u, _], weights) in panel.nodes().iter().zip(matrix.chunks(14)) {
-            let value: f64 = weights.iter().zip(&values).map(|(w, v)| w * v).sum();
-            // The largest value is 60: 2e-5 of it.
-            assert!((value - height(*u)).abs() < 1e-3, "{u} {value}");
-        }
-        for fine in [5, 500] {
-            assert!(!Panel::new([0.0, 1.0], Ends::Smooth, fine, 900).interpolates());
-        }
     }
 }

@@ -1,9 +1,6 @@
 //! Assemblies: organs, and a body with sectors that replaces them.
 
-use rayon::prelude::*;
-
 use crate::error::{finite, length};
-use crate::rays::capsule::Capsule;
 use crate::rays::single::Search;
 use crate::rays::slabs::{for_slabs, mean_transmission};
 use crate::wall::body_line::BodyLine;
@@ -149,6 +146,7 @@ pub enum Shown {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Finder {
     layers: Vec<Search>,
+    sectors: Search,
     parts: Vec<(Span, Part)>,
     /// Spans of the body, which follow those of the organs.
     own: Vec<(Span, Part)>,
@@ -247,7 +245,7 @@ impl Finder {
         for in_pose in sectors.chunk_by(|(a, _), (b, _)| a.pose() == b.pose()) {
             let line = BodyLine::new(in_pose[0].0.pose(), ray);
             for (sector, activity) in in_pose {
-                sector.for_spans(ray, &line, |span| {
+                sector.for_spans(ray, &line, &mut self.sectors, |span| {
                     self.own.push((span, Part::Activity(*activity)));
                 });
             }
@@ -332,40 +330,20 @@ impl Assembly<'_> {
         if self.surroundings().any(is_endless) {
             rays.check_across()?;
         }
-        let [n_bins, _] = rays.size();
-        let capsule = match shown {
-            Shown::Organs => None,
-            Shown::Change => self.body().map(Capsule::around),
+        let bounds = match (shown, self.body()) {
+            (Shown::Change, Some(body)) => Some((body.pose(), body.bounds())),
+            _ => None,
         };
-        let row_len = rays.n_slabs() * n_bins;
-        let counters = (out.par_chunks_mut(row_len).enumerate()).map_init(
-            || (Finder::default(), Vec::new(), vec![0.0; rays.n_slabs()]),
-            |(finder, found, slabs), (row, image)| {
-                simd_set::checkpoint();
-                let mut counters = RayCounters::default();
-                for bin in 0..n_bins {
-                    let ray = rays.line(bin, row);
-                    if capsule.as_ref().is_some_and(|own| !own.meets(&ray)) {
-                        counters.skipped += 1;
-                        continue;
-                    }
-                    counters.cast += 1;
-                    let stretches = finder.stretches(self, shown, &ray);
-                    if stretches.is_empty() {
-                        continue;
-                    }
-                    counters.hit += 1;
-                    slabs.fill(0.0);
-                    emissions(stretches, found);
-                    (found.iter()).for_each(|own| add_to_slabs(rays.planes(), own, slabs));
-                    for (slab, sum) in slabs.iter().enumerate().filter(|(_, sum)| **sum != 0.0) {
-                        image[slab * n_bins + bin] += T::from_f64(weight * sum);
-                    }
-                }
-                counters
-            },
-        );
-        Ok(counters.reduce(RayCounters::default, |a, b| a + b))
+        let cast = |(finder, found): &mut (Finder, Vec<Emission>), ray: &Ray, slabs: &mut [f64]| {
+            if let Some((pose, bounds)) = bounds {
+                BodyLine::new(pose, ray).within(bounds)?;
+            }
+            let stretches = finder.stretches(self, shown, ray);
+            emissions(stretches, found);
+            (found.iter()).for_each(|own| add_to_slabs(rays.planes(), own, slabs));
+            Some(!stretches.is_empty())
+        };
+        Ok(rays.add_each(weight, out, cast))
     }
 }
 

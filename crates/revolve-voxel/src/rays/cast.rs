@@ -9,27 +9,22 @@ use crate::rays::cone::{Batch, LANES};
 use crate::rays::direction::Direction;
 use crate::rays::lines::Lines;
 use crate::solid::segment::ROUNDING;
-use crate::{Body, Meridian, RayCounters, Sample};
+use crate::{Meridian, Pose, RayCounters, Sample};
 
 /// Lines that one task projects.
 const CHUNK: usize = 256;
 
 impl Lines {
     /// Adds the integrals along lines that are not parallel; `ends` are their rasters in the body frame.
-    pub(super) fn project_each<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+    pub(super) fn project_each<T: Sample>(
         &self,
         ends: Option<[PointRaster; 2]>,
-        body: &Body,
-        weights: &[f64],
+        pose: &Pose,
+        layers: &[(&Meridian, f64)],
         out: &mut [T],
-        measure: impl Fn([usize; 2]) -> M + Sync,
     ) -> RayCounters {
-        let pose = body.pose();
-        let layers: Vec<(&Meridian, f64)> = (body.layers().iter().zip(weights.iter().copied()))
-            .filter(|(_, weight)| *weight != 0.0)
-            .collect();
         let farthest = pose.farthest(self.farthest);
-        let bound = Bound::around(&layers, farthest);
+        let bound = Bound::around(layers, farthest);
         let turn = [Vector3::x(), Vector3::y(), Vector3::z()].map(|e| pose.vector_to_body(&e));
         let set = simd_set::Set::detect();
         out.par_chunks_mut(CHUNK)
@@ -39,14 +34,13 @@ impl Lines {
                     lines: self,
                     turn,
                     shift: pose.isometry().translation.vector,
-                    layers: &layers,
+                    layers,
                     ends,
                     bound,
                     farthest,
                     first: chunk * CHUNK,
                     image,
                     scratch,
-                    measure: &measure,
                 })
             })
             .reduce(RayCounters::default, |a, b| a + b)
@@ -107,7 +101,7 @@ struct Scratch {
     sums: Vec<f64>,
     chords: Vec<f64>,
     hints: Vec<Hint>,
-    batch: Batch<(usize, f64, f64)>,
+    batch: Batch<(usize, f64)>,
     slopes: Slopes,
 }
 
@@ -121,7 +115,7 @@ struct Slopes {
 }
 
 /// Some lines, compiled for each instruction set.
-struct Chunk<'a, T, F> {
+struct Chunk<'a, T> {
     lines: &'a Lines,
     /// The axes of the lab in the body frame, and the origin of the body frame in the lab.
     turn: [Vector3<f64>; 3],
@@ -135,7 +129,6 @@ struct Chunk<'a, T, F> {
     first: usize,
     image: &'a mut [T],
     scratch: &'a mut Scratch,
-    measure: &'a F,
 }
 
 impl Slopes {
@@ -170,7 +163,7 @@ impl Slopes {
 /// Sizes of directions whose squares neither overflow nor underflow.
 const PLAIN: std::ops::Range<f64> = 1e-100..1e100;
 
-impl<T, F> Chunk<'_, T, F> {
+impl<T> Chunk<'_, T> {
     /// Finds the lines that may intersect a layer.
     #[inline(always)]
     fn prepare(&mut self) {
@@ -207,28 +200,15 @@ impl<T, F> Chunk<'_, T, F> {
     }
 }
 
-/// The chords of some lines in one layer, and the weighting of segments.
-struct Chords<'a, F> {
-    of: &'a mut [f64],
-    measure: F,
-}
-
-impl<M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, F> {
-    /// Adds signed intervals of some lines.
-    #[inline(always)]
-    fn add(&mut self, slopes: &Slopes, batch: &mut Batch<(usize, f64, f64)>) {
-        for ((at, sign, origin), [entry, exit]) in batch.drain(|lane| slopes.direction(lane)) {
-            self.of[at] += sign * (self.measure)(at)(entry, exit, origin);
-        }
+/// Adds the lengths of the signed intervals of some lines to their chords.
+#[inline(always)]
+fn add(chords: &mut [f64], slopes: &Slopes, batch: &mut Batch<(usize, f64)>) {
+    for ((at, sign), [entry, exit]) in batch.drain(|lane| slopes.direction(lane)) {
+        chords[at] += sign * (exit - entry);
     }
 }
 
-impl<T, M, F> simd_set::Work for Chunk<'_, T, F>
-where
-    T: Sample,
-    M: Fn(f64, f64, f64) -> f64,
-    F: Fn([usize; 2]) -> M,
-{
+impl<T: Sample> simd_set::Work for Chunk<'_, T> {
     type Out = RayCounters;
 
     #[inline(always)]
@@ -242,7 +222,6 @@ where
             batch,
             slopes,
         } = self.scratch;
-        let [n_bins, _] = self.lines.size;
         let mut counters = RayCounters::default();
         (counters.cast, counters.skipped) =
             (lines.len() as u64, (self.image.len() - lines.len()) as u64);
@@ -253,26 +232,19 @@ where
             hints.resize(meridian.chains().len(), Hint::default());
             chords.clear();
             chords.resize(lines.len(), 0.0);
-            let mut chords = Chords {
-                of: &mut chords[..],
-                measure: |at: usize| {
-                    let line = self.first + lines[at].0;
-                    (self.measure)([line % n_bins, line / n_bins])
-                },
-            };
             for (at, (_, origin, [parts, e1])) in lines.iter().enumerate() {
                 let direction = Direction::of_parts(meridian, self.farthest, *parts, *e1);
-                let [w, q, t] = direction.coordinates(origin);
+                let [w, q, _] = direction.coordinates(origin);
                 for (sign, faces) in direction.intervals(meridian, [w, q], hints) {
-                    let lane = batch.push([w, q], &faces, (at, sign, t));
+                    let lane = batch.push([w, q], &faces, (at, sign));
                     slopes.set(lane, &direction);
                     if batch.is_full() {
-                        chords.add(slopes, batch);
+                        add(chords, slopes, batch);
                     }
                 }
             }
-            chords.add(slopes, batch);
-            for (sum, chord) in sums.iter_mut().zip(&*chords.of) {
+            add(chords, slopes, batch);
+            for (sum, chord) in sums.iter_mut().zip(&*chords) {
                 if *chord > 0.0 {
                     *sum += weight * chord;
                     counters.hit += 1;

@@ -342,39 +342,3 @@ fn boundary(test: impl Fn(usize) -> bool, mut low: isize, mut high: isize, guess
     }
     high as usize
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use nalgebra::Vector3;
-
-    /// A row of lines over a waisted body: hints do not change results.
-    #[test]
-    fn results_do_not_depend_on_hints() {
-        let points: Vec<[f64; 2]> = (0..=200)
-            .map(|k| 0.02 * k as f64)
-            .map(|x| [x, 1.0 + 0.4 * (2.0 * x).cos() - 0.25 * (x - 2.0).powi(2)])
-            .map(|[x, r]| [x, r.max(0.0)])
-            .collect();
-        let body = Meridian::new(&points).unwrap();
-        assert!(body.chains().len() > 1);
-        let mut met = 0;
-        for k in 0..60 {
-            let angle = 0.05 + 0.1 * k as f64;
-            let direction =
-                Direction::new(&body, 0.0, &Vector3::new(angle.cos(), angle.sin(), 0.0));
-            let mut hints = vec![Hint::default(); body.chains().len()];
-            for n in 0..300 {
-                // Occasional jumps.
-                let w = -2.5 + 5.0 / 300.0 * n as f64 + if n % 37 == 0 { 0.4 } else { 0.0 };
-                let line = [w, 0.01 * k as f64 + 0.3 * w];
-                let with: Vec<_> = direction.intervals(&body, line, &mut hints).collect();
-                let mut none = vec![Hint::default(); body.chains().len()];
-                let without: Vec<_> = direction.intervals(&body, line, &mut none).collect();
-                assert_eq!(with, without);
-                met += with.len();
-            }
-        }
-        assert!(met > 5000, "{met}");
-    }
-}

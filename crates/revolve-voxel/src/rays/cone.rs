@@ -13,17 +13,12 @@ pub(crate) struct Face<'a> {
     /// For a cone; unused for a plane.
     vertex: &'a Vertex,
     planes: [f64; 2],
-    is_plane: bool,
 }
 
 impl<'a> Face<'a> {
     /// The cone of a vertex, between two planes or unbounded.
     pub(crate) fn cone(vertex: &'a Vertex, planes: [f64; 2]) -> Self {
-        Self {
-            vertex,
-            planes,
-            is_plane: false,
-        }
+        Self { vertex, planes }
     }
 
     /// The plane at x: a cone bounded there on both sides.
@@ -31,14 +26,7 @@ impl<'a> Face<'a> {
         Self {
             vertex,
             planes: [x; 2],
-            is_plane: true,
         }
-    }
-
-    /// Returns the outward normal (x, r) of a cone; `None` for a plane.
-    pub(crate) fn normal(&self) -> Option<[f64; 2]> {
-        let v = self.vertex;
-        (!self.is_plane).then_some([-v.tr, v.tx])
     }
 }
 
@@ -117,10 +105,13 @@ impl<T: Copy> Batch<T> {
         let [entry, exit] = &self.faces;
         // Includes unused lanes, which are ignored.
         for lane in 0..LANES {
-            let (w, q, direction) = (self.w[lane], self.q[lane], direction(lane));
-            ends[0][lane] = direction.enter(w, q, &entry.vertex(lane), entry.planes(lane));
-            let leave = direction.leave(w, q, &exit.vertex(lane), exit.planes(lane));
-            ends[1][lane] = ordered(ends[0][lane], leave).1;
+            let vertices = [entry, exit].map(|faces| faces.vertex(lane));
+            let faces = [
+                Face::cone(&vertices[0], entry.planes(lane)),
+                Face::cone(&vertices[1], exit.planes(lane)),
+            ];
+            let [enter, leave] = direction(lane).ends([self.w[lane], self.q[lane]], &faces);
+            (ends[0][lane], ends[1][lane]) = (enter, leave);
         }
         let len = std::mem::take(&mut self.len);
         (0..len).map(move |lane| (self.of[lane], ends.map(|t| t[lane])))
@@ -129,6 +120,7 @@ impl<T: Copy> Batch<T> {
 
 impl Direction {
     /// Returns the parameters of entry and exit of the line (w, q) through two faces, in this order.
+    #[inline(always)]
     pub(crate) fn ends(&self, [w, q]: [f64; 2], [entry, exit]: &[Face<'_>; 2]) -> [f64; 2] {
         let enter = self.enter(w, q, entry.vertex, entry.planes);
         let leave = self.leave(w, q, exit.vertex, exit.planes);
@@ -220,66 +212,4 @@ impl Cone {
 #[inline(always)]
 pub(crate) fn ordered(a: f64, b: f64) -> (f64, f64) {
     if a < b { (a, b) } else { (b, a) }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::Meridian;
-    use nalgebra::Vector3;
-
-    /// The loop, compiled for each instruction set.
-    struct Drain<'a>(&'a mut Batch<usize>, &'a Direction);
-
-    impl simd_set::Work for Drain<'_> {
-        type Out = Vec<(usize, [f64; 2])>;
-
-        #[inline(always)]
-        fn run(self) -> Self::Out {
-            self.0.drain(|_| *self.1).collect()
-        }
-    }
-
-    /// Steep and flat lines in both directions, widening and narrowing cones, planes, lines that miss.
-    #[test]
-    fn several_lines_and_single_lines_are_bitwise_identical() {
-        let meridian = Meridian::new(&[[-0.7, 1.0], [1.3, 2.0]]).unwrap();
-        let mut compared = 0;
-        for k in 0..400 {
-            let at = |a: f64| (k as f64 * a).sin();
-            let d = Vector3::new(at(0.7), at(1.1), at(1.9)).normalize();
-            let direction = Direction::new(&meridian, 0.0, &d);
-            let turn = 1.5 * at(2.3);
-            let vertex = Vertex {
-                x: at(2.9),
-                r: 1.0 + at(3.1),
-                tx: turn.cos(),
-                tr: turn.sin(),
-            };
-            let faces = [
-                Face::cone(&vertex, [vertex.x, vertex.x + 0.3]),
-                Face::plane(&vertex, vertex.x),
-                Face::cone(&vertex, [f64::NEG_INFINITY, f64::INFINITY]),
-            ];
-            let mut batch = Batch::default();
-            let lines = [0, 1, 2, 3, 4].map(|n| {
-                let line = [at(3.7 + n as f64), at(4.3 + n as f64)];
-                (line, [faces[n % 3], faces[(k + n) % 3]])
-            });
-            for (n, (line, faces)) in lines.iter().enumerate() {
-                assert!(!batch.is_full());
-                batch.push(*line, faces, n);
-            }
-            let drained = simd_set::Set::detect().run(Drain(&mut batch, &direction));
-            assert_eq!(drained.len(), lines.len());
-            for (n, ends) in drained {
-                let (line, faces) = &lines[n];
-                let alone = direction.ends(*line, faces).map(f64::to_bits);
-                assert_eq!(ends.map(f64::to_bits), alone);
-                compared += 1;
-            }
-            assert_eq!(batch.drain(|_| direction).count(), 0);
-        }
-        assert_eq!(compared, 2000);
-    }
 }

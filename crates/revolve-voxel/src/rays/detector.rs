@@ -2,8 +2,11 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{countable, finite, positive, view_angle};
+use crate::error::{countable, finite, positive, within};
 use crate::{Lines, RevolveError};
+
+/// Twelve turns, as of long helical orbits, are 75.4 radians; most angles in degrees are larger.
+const VIEW_ANGLES: [f64; 2] = [-76.0, 76.0];
 
 /// A flat parallel-beam detector that rotates about the z axis of the lab.
 ///
@@ -77,7 +80,7 @@ impl ParallelDetector {
     /// # Errors
     /// [`RevolveError::NotFinite`]; [`RevolveError::OutOfRange`] beyond 76 radians (twelve turns), as most angles in degrees.
     pub fn rays(&self, theta: f64) -> Result<Lines, RevolveError> {
-        let (sin, cos) = view_angle(theta)?.sin_cos();
+        let (sin, cos) = within("view angle (radians)", theta, VIEW_ANGLES)?.sin_cos();
         let bins = Vector3::new(cos, sin, 0.0);
         let at = |a: usize, n: usize| self.offset[a] - 0.5 * (n as f64 - 1.0) * self.pitch[a];
         Lines::parallel(

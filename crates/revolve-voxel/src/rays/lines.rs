@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use crate::error::{at_least, at_most, countable, finite, length, positive};
 use crate::rays::organ::across;
-use crate::{Body, PointRaster, Ray, RayCounters, RevolveError, Sample};
+use crate::{Body, Meridian, PointRaster, Ray, RayCounters, RevolveError, Sample};
 
 /// Points of two rasters closer than this, relative to the largest coordinate, coincide.
 const COINCIDENT: f64 = 1e-9;
@@ -42,8 +42,8 @@ const COINCIDENT: f64 = 1e-9;
 pub struct Lines {
     pub(super) size: [usize; 2],
     /// Index of the first row in the raster or list.
-    pub(super) first_row: usize,
-    pub(super) kind: Kind,
+    pub(crate) first_row: usize,
+    pub(crate) kind: Kind,
     /// Planes between the slabs of parallel rays.
     planes: Arc<[f64]>,
     /// Bound of all coordinates from which positions are computed.
@@ -51,7 +51,7 @@ pub struct Lines {
 }
 
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Kind {
+pub(crate) enum Kind {
     /// From each point of a raster in one direction.
     Parallel(PointRaster, Vector3<f64>),
     /// From each point of a raster to the same point of another.
@@ -224,7 +224,7 @@ impl Lines {
     }
 
     /// Returns the planes between the slabs.
-    pub(super) fn planes(&self) -> &[f64] {
+    pub(crate) fn planes(&self) -> &[f64] {
         &self.planes
     }
 
@@ -234,7 +234,7 @@ impl Lines {
     }
 
     /// Samples of an image.
-    pub(super) fn image_len(&self) -> usize {
+    pub(crate) fn image_len(&self) -> usize {
         self.size[0] * self.size[1] * self.n_slabs()
     }
 
@@ -254,25 +254,58 @@ impl Lines {
         positive("rays' part across the torso", least).map(drop)
     }
 
+    /// Adds `weight` times the integrals along each ray, which `cast` adds to those of its slabs. `cast` returns whether the ray meets any content;
+    /// `None` for a ray that needs no search.
+    pub(crate) fn add_each<T: Sample, S: Default>(
+        &self,
+        weight: f64,
+        out: &mut [T],
+        cast: impl Fn(&mut S, &Ray, &mut [f64]) -> Option<bool> + Sync,
+    ) -> RayCounters {
+        let [n_bins, _] = self.size;
+        let rows = out.par_chunks_mut(self.n_slabs() * n_bins).enumerate();
+        let scratch = || (S::default(), vec![0.0; self.n_slabs()]);
+        let counters = rows.map_init(scratch, |(scratch, slabs), (row, image)| {
+            simd_set::checkpoint();
+            let mut counters = RayCounters::default();
+            for bin in 0..n_bins {
+                slabs.fill(0.0);
+                let Some(hit) = cast(scratch, &self.line(bin, row), slabs) else {
+                    counters.skipped += 1;
+                    continue;
+                };
+                counters.cast += 1;
+                counters.hit += u64::from(hit);
+                for (slab, sum) in slabs.iter().enumerate().filter(|(_, sum)| **sum != 0.0) {
+                    image[slab * n_bins + bin] += T::from_f64(weight * sum);
+                }
+            }
+            counters
+        });
+        counters.reduce(RayCounters::default, |a, b| a + b)
+    }
+
     /// Adds the integrals along all rays, with a weight per layer of the body.
-    pub(super) fn project_body<T: Sample, M: Fn(f64, f64, f64) -> f64>(
+    pub(super) fn project_body<T: Sample>(
         &self,
         body: &Body,
         weights: &[f64],
         out: &mut [T],
-        measure: impl Fn([usize; 2]) -> M + Sync,
     ) -> RayCounters {
         let pose = body.pose();
+        let layers: Vec<(&Meridian, f64)> = (body.layers().iter().zip(weights.iter().copied()))
+            .filter(|(_, weight)| *weight != 0.0)
+            .collect();
         match &self.kind {
             Kind::Parallel(raster, direction) => {
                 let rays = (raster.in_body(pose), pose.vector_to_body(direction));
-                self.project_parallel(rays, body, weights, out, measure)
+                self.project_parallel(rays, pose, &layers, out)
             }
             Kind::Between(ends) => {
                 let ends = ends.map(|raster| raster.in_body(pose));
-                self.project_each(Some(ends), body, weights, out, measure)
+                self.project_each(Some(ends), pose, &layers, out)
             }
-            Kind::Each(_) => self.project_each(None, body, weights, out, measure),
+            Kind::Each(_) => self.project_each(None, pose, &layers, out),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Rays through solids: chords, detectors and attenuation.
 
 pub(crate) mod assembly;
-mod capsule;
 mod cast;
 pub(crate) mod chord;
 pub(crate) mod cone;

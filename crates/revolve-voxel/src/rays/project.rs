@@ -11,7 +11,7 @@ use crate::rays::cone::Batch;
 use crate::rays::direction::Direction;
 use crate::rays::silhouette::Silhouette;
 use crate::rays::slabs::for_slabs;
-use crate::{Body, Lines, PointRaster, RayCounters, RevolveError, Sample};
+use crate::{Body, Lines, Meridian, PointRaster, Pose, RayCounters, RevolveError, Sample};
 
 /// Rays that a task projects at least; a smaller image is one task, because waking another thread would take a part of its time.
 const TASK: usize = 1024;
@@ -49,37 +49,78 @@ impl Body {
         weight: f64,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {
-        self.project_measured(rays, activity, weight, out, |_| |low, high, _| high - low)
-    }
-
-    /// Adds `weight` times the integrals of the activity along the rays, with segments weighted by `measure`.
-    ///
-    /// `measure(ray)` returns a function of the ends of a segment and of the parameter of the ray's origin, on one scale.
-    pub(crate) fn project_measured<T: Sample, M: Fn(f64, f64, f64) -> f64>(
-        &self,
-        rays: &Lines,
-        activity: &[f64],
-        weight: f64,
-        out: &mut [T],
-        measure: impl Fn([usize; 2]) -> M + Sync,
-    ) -> Result<RayCounters, RevolveError> {
         let weights = self.weights(activity)?;
         finite("weight", weight)?;
         length("image", rays.image_len(), out.len())?;
         let weights: Vec<f64> = weights.into_iter().map(|own| weight * own).collect();
-        Ok(rays.project_body(self, &weights, out, measure))
+        Ok(rays.project_body(self, &weights, out))
     }
+}
+
+impl Lines {
+    /// Adds the integrals along parallel rays; `raster` and `d` are their points and direction in the body frame.
+    pub(super) fn project_parallel<T: Sample>(
+        &self,
+        (raster, d): (PointRaster, Vector3<f64>),
+        pose: &Pose,
+        layers: &[(&Meridian, f64)],
+        out: &mut [T],
+    ) -> RayCounters {
+        let farthest = pose.farthest(self.farthest);
+        let spacing = raster.bin_step.norm().min(raster.row_step.norm());
+        let views: Vec<LayerView> = (layers.iter())
+            .map(|&(meridian, weight)| {
+                let direction = Direction::new(meridian, farthest, &d);
+                LayerView {
+                    silhouette: Silhouette::new(meridian, &direction, spacing),
+                    meridian,
+                    weight,
+                    first: direction.coordinates(&raster.first),
+                    bin: direction.slopes(&raster.bin_step),
+                    row: direction.slopes(&raster.row_step),
+                    direction,
+                }
+            })
+            .collect();
+        let set = simd_set::Set::detect();
+        let n_bins = self.size[0];
+        out.par_chunks_mut(self.n_slabs() * n_bins)
+            .with_min_len(TASK / n_bins)
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (row, image)| {
+                set.run(Row {
+                    views: &views,
+                    planes: self.planes(),
+                    row: (self.first_row + row) as f64,
+                    image,
+                    scratch,
+                })
+            })
+            .reduce(RayCounters::default, |a, b| a + b)
+    }
+}
+
+/// The loop over a row, compiled for each instruction set.
+struct Row<'a, T> {
+    views: &'a [LayerView<'a>],
+    planes: &'a [f64],
+    row: f64,
+    image: &'a mut [T],
+    scratch: &'a mut Scratch,
+}
+
+impl<T: Sample> simd_set::Work for Row<'_, T> {
+    type Out = RayCounters;
 
     #[inline(always)]
-    fn project_row<T: Sample, M: Fn(f64, f64, f64) -> f64>(
-        &self,
-        views: &[LayerView],
-        planes: &[f64],
-        row: f64,
-        image: &mut [T],
-        scratch: &mut Scratch,
-        measure: impl Fn(usize) -> M,
-    ) -> RayCounters {
+    fn run(self) -> RayCounters {
+        let Self {
+            views,
+            planes,
+            row,
+            image,
+            scratch,
+        } = self;
         let n_bins = image.len() / (planes.len() + 1);
         let mut counters = RayCounters::default();
         let start = |view: &LayerView| [0, 1, 2].map(|k| view.first[k] + view.row[k] * row);
@@ -106,7 +147,7 @@ impl Body {
         cast.clear();
         cast.resize(used.len(), false);
         for (view, bins) in views.iter().zip(bins) {
-            let meridian = &self.layers()[view.layer];
+            let meridian = view.meridian;
             let [w0, q0, t0] = start(view);
             hints.clear();
             hints.resize(meridian.chains().len(), Hint::default());
@@ -117,7 +158,6 @@ impl Body {
                 bins: used.clone(),
                 planes,
                 origin: |bin: usize| t0 + bin as f64 * view.bin[2],
-                measure: &measure,
             };
             for bin in bins.clone() {
                 let (w, q) = (w0 + bin as f64 * view.bin[0], q0 + bin as f64 * view.bin[1]);
@@ -153,82 +193,6 @@ impl Body {
     }
 }
 
-impl Lines {
-    /// Adds the integrals along parallel rays; `raster` and `d` are their points and direction in the body frame.
-    pub(super) fn project_parallel<T: Sample, M: Fn(f64, f64, f64) -> f64>(
-        &self,
-        (raster, d): (PointRaster, Vector3<f64>),
-        body: &Body,
-        weights: &[f64],
-        out: &mut [T],
-        measure: impl Fn([usize; 2]) -> M + Sync,
-    ) -> RayCounters {
-        let farthest = body.pose().farthest(self.farthest);
-        let spacing = raster.bin_step.norm().min(raster.row_step.norm());
-        let views: Vec<LayerView> = (0..body.layers().len())
-            .filter(|&k| weights[k] != 0.0)
-            .map(|k| {
-                let direction = Direction::new(&body.layers()[k], farthest, &d);
-                LayerView {
-                    silhouette: Silhouette::new(&body.layers()[k], &direction, spacing),
-                    layer: k,
-                    weight: weights[k],
-                    first: direction.coordinates(&raster.first),
-                    bin: direction.slopes(&raster.bin_step),
-                    row: direction.slopes(&raster.row_step),
-                    direction,
-                }
-            })
-            .collect();
-        let set = simd_set::Set::detect();
-        let n_bins = self.size[0];
-        out.par_chunks_mut(self.n_slabs() * n_bins)
-            .with_min_len(TASK / n_bins)
-            .enumerate()
-            .map_init(Scratch::default, |scratch, (row, image)| {
-                let at = (self.first_row + row) as f64;
-                set.run(Row {
-                    body,
-                    views: &views,
-                    planes: self.planes(),
-                    at,
-                    image,
-                    scratch,
-                    measure: |bin| measure([bin, row]),
-                })
-            })
-            .reduce(RayCounters::default, |a, b| a + b)
-    }
-}
-
-/// The loop over a row, compiled for each instruction set.
-struct Row<'a, T, F> {
-    body: &'a Body,
-    views: &'a [LayerView],
-    planes: &'a [f64],
-    at: f64,
-    image: &'a mut [T],
-    scratch: &'a mut Scratch,
-    measure: F,
-}
-
-impl<T: Sample, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> simd_set::Work for Row<'_, T, F> {
-    type Out = RayCounters;
-
-    #[inline(always)]
-    fn run(self) -> RayCounters {
-        let Self { views, planes, .. } = self;
-        (self.body).project_row(
-            views,
-            planes,
-            self.at,
-            self.image,
-            self.scratch,
-            self.measure,
-        )
-    }
-}
-
 /// Scratch memory of a row.
 #[derive(Default)]
 struct Scratch {
@@ -243,34 +207,37 @@ struct Scratch {
     batch: Batch<(usize, f64)>,
 }
 
-/// The sums of the chords of a row, and the weighting of segments.
-struct Chords<'a, O, F> {
+/// The sums of the chords of a row.
+struct Chords<'a, O> {
     /// `[slab][bin]`.
     of: &'a mut [f64],
     bins: Range<usize>,
     planes: &'a [f64],
     /// Parameter of the origin of a bin.
     origin: O,
-    measure: F,
 }
 
-impl<O: Fn(usize) -> f64, M: Fn(f64, f64, f64) -> f64, F: Fn(usize) -> M> Chords<'_, O, F> {
+impl<O: Fn(usize) -> f64> Chords<'_, O> {
     /// Adds the signed intervals of some lines to their bins.
     #[inline(always)]
     fn add(&mut self, direction: &Direction, batch: &mut Batch<(usize, f64)>) {
         for ((bin, sign), [entry, exit]) in batch.drain(|_| *direction) {
-            let (measure, origin) = ((self.measure)(bin), (self.origin)(bin));
             let at = bin - self.bins.start;
-            for_slabs(self.planes, origin, [entry, exit], |slab, [low, high]| {
-                self.of[slab * self.bins.len() + at] += sign * measure(low, high, origin);
-            });
+            for_slabs(
+                self.planes,
+                (self.origin)(bin),
+                [entry, exit],
+                |slab, [low, high]| {
+                    self.of[slab * self.bins.len() + at] += sign * (high - low);
+                },
+            );
         }
     }
 }
 
 /// A layer for one direction: (w, q, t) of the first ray and their steps.
-struct LayerView {
-    layer: usize,
+struct LayerView<'a> {
+    meridian: &'a Meridian,
     weight: f64,
     direction: Direction,
     silhouette: Silhouette,

@@ -10,6 +10,9 @@ const MOST_BANDS: usize = 64;
 /// Bands per spacing of the rays: narrower bands exclude few further rays, and wider ones take less time to bound.
 const BANDS: f64 = 4.0;
 
+/// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
+const BLOCKS: usize = 64;
+
 /// Bounds of w over bands of |q|.
 #[derive(Debug, Clone)]
 pub(crate) struct Silhouette {
@@ -20,7 +23,9 @@ pub(crate) struct Silhouette {
 
 /// The bounds of all bands by blocks: the widest bands of each block first, contiguous in memory.
 struct Bounds<'a> {
-    blocks: &'a [[f64; 3]],
+    /// [x_min, x_max, r_min, r_max].
+    blocks: &'a [[f64; 4]],
+    mid: f64,
     direction: [f64; 2],
     margin: f64,
     /// Inner edges of the bands, signed, and their squares with that sign.
@@ -36,7 +41,8 @@ impl simd_set::Work for Bounds<'_> {
         let [s, c] = self.direction;
         let mut least = [f64::INFINITY; MOST_BANDS + 1];
         let mut most = [f64::NEG_INFINITY; MOST_BANDS + 1];
-        for &[x0, x1, r] in self.blocks {
+        for &[x0, x1, _, r] in self.blocks {
+            let [x0, x1] = [x0 - self.mid, x1 - self.mid];
             let n = self.edges.partition_point(|q| *q <= r);
             let bands = least.iter_mut().zip(&mut most).zip(self.squares);
             for ((least, most), square) in bands.take(n) {
@@ -63,7 +69,8 @@ impl Silhouette {
         let edges: [f64; MOST_BANDS + 1] = std::array::from_fn(edge);
         let squares = edges.map(|q| q * q.abs());
         let bands = simd_set::Set::detect().run(Bounds {
-            blocks: meridian.blocks(),
+            blocks: meridian.boxes().level(BLOCKS),
+            mid: meridian.mid(),
             direction: [direction.s, direction.c.abs()],
             margin: 1e-12 * (high - low + r_max) + direction.near,
             edges: &edges[..=n_bands],

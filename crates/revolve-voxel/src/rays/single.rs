@@ -20,9 +20,9 @@ impl Body {
     }
 
     fn chord_in(&self, layer: &Meridian, ray: &Ray) -> f64 {
-        let mut sum = 0.0;
-        self.intervals(layer, ray, |sign, [low, high]| {
-            sum += sign * (high.t - low.t)
+        let (mut sum, mut hints) = (0.0, Vec::new());
+        self.intervals(layer, ray, &mut hints, |sign, [low, high]| {
+            sum += sign * (high - low);
         });
         sum.max(0.0)
     }
@@ -43,13 +43,9 @@ impl Body {
     /// # Errors
     /// [`RevolveError::NoSuchLayer`].
     pub fn spans(&self, layer: usize, ray: &Ray) -> Result<Vec<Span>, RevolveError> {
-        Ok(self.spans_in(self.layer(layer)?, ray))
-    }
-
-    pub(crate) fn spans_in(&self, layer: &Meridian, ray: &Ray) -> Vec<Span> {
-        let mut spans = Vec::new();
+        let (layer, mut spans) = (self.layer(layer)?, Vec::new());
         self.for_spans(layer, ray, &mut Search::default(), |span| spans.push(span));
-        spans
+        Ok(spans)
     }
 
     /// Calls `each` with the sorted, disjoint intervals of the line inside one layer. Neighbouring lines share `search`.
@@ -63,9 +59,8 @@ impl Body {
     ) {
         let Search { hints, ends } = search;
         ends.clear();
-        hints.resize(layer.chains().len(), Hint::default());
-        self.intervals_with(layer, ray, hints, |sign, [low, high]| {
-            ends.extend([(low.t, sign), (high.t, -sign)]);
+        self.intervals(layer, ray, hints, |sign, [low, high]| {
+            ends.extend([(low, sign), (high, -sign)]);
         });
         if let [(enter, 1.0), (exit, _)] = ends[..] {
             if enter < exit {
@@ -90,59 +85,22 @@ impl Body {
     }
 
     /// Calls `each` with the sign and the ends of the interval of every chain.
-    fn intervals(&self, meridian: &Meridian, ray: &Ray, each: impl FnMut(f64, [SurfacePoint; 2])) {
-        let mut hints = vec![Hint::default(); meridian.chains().len()];
-        self.intervals_with(meridian, ray, &mut hints, each);
-    }
-
     #[inline(always)]
-    fn intervals_with(
+    fn intervals(
         &self,
         meridian: &Meridian,
         ray: &Ray,
-        hints: &mut [Hint],
-        mut each: impl FnMut(f64, [SurfacePoint; 2]),
+        hints: &mut Vec<Hint>,
+        mut each: impl FnMut(f64, [f64; 2]),
     ) {
+        hints.resize(meridian.chains().len(), Hint::default());
         let farthest = self.pose().farthest(ray.origin().coords.amax());
         let d = self.pose().vector_to_body(&ray.direction());
         let direction = Direction::new(meridian, farthest, &d);
         let [w, q, shift] = direction.coordinates(&self.pose().to_body(&ray.origin()));
         for (sign, faces) in direction.intervals(meridian, [w, q], hints) {
-            let ends = direction.ends([w, q], &faces);
-            let point = |k: usize| SurfacePoint {
-                t: ends[k] - shift,
-                normal: faces[k].normal().map(|n| n.map(|v| v * sign)),
-            };
-            each(sign, [point(0), point(1)]);
+            each(sign, direction.ends([w, q], &faces).map(|t| t - shift));
         }
-    }
-
-    /// Returns the spans with normals at their ends: a sweep over the ends of the chains, in which shared planes cancel.
-    pub(crate) fn surface_spans(&self, layer: &Meridian, ray: &Ray) -> Vec<[SurfacePoint; 2]> {
-        let mut ends: Vec<(SurfacePoint, f64)> = Vec::new();
-        self.intervals(layer, ray, |sign, [low, high]| {
-            ends.push((low, sign));
-            ends.push((high, -sign));
-        });
-        ends.sort_by(|a, b| a.0.t.total_cmp(&b.0.t));
-        let mut spans = Vec::new();
-        let (mut depth, mut enter) = (0.0, None);
-        let mut k = 0;
-        while k < ends.len() {
-            // Ends at one parameter act together; a cone has priority for the normal.
-            let (mut point, before) = (ends[k].0, depth);
-            while k < ends.len() && ends[k].0.t == point.t {
-                depth += ends[k].1;
-                point.normal = point.normal.or(ends[k].0.normal);
-                k += 1;
-            }
-            if before < 0.5 && depth > 0.5 {
-                enter = Some(point);
-            } else if before > 0.5 && depth < 0.5 {
-                spans.extend(enter.take().map(|e| [e, point]));
-            }
-        }
-        spans
     }
 }
 
@@ -153,11 +111,4 @@ pub(crate) struct Search {
     hints: Vec<Hint>,
     /// Ends of the intervals of one line, with their signs.
     ends: Vec<(f64, f64)>,
-}
-
-/// A point of a line on the surface, with the normal (x, r) except on a plane.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct SurfacePoint {
-    pub(crate) t: f64,
-    pub(crate) normal: Option<[f64; 2]>,
 }

@@ -169,6 +169,17 @@ impl Body {
         Ok(corners)
     }
 
+    /// Returns the ranges of x and of r of all layers: `[x_min, x_max, 0, r_max]`.
+    pub(crate) fn bounds(&self) -> [f64; 4] {
+        let none = [f64::INFINITY, f64::NEG_INFINITY, 0.0, 0.0];
+        self.layers
+            .iter()
+            .fold(none, |[low, high, least, most], layer| {
+                let [from, to] = layer.x_range();
+                [low.min(from), high.max(to), least, most.max(layer.r_max())]
+            })
+    }
+
     /// Returns the signed distance of a lab point from the surface of a layer: negative inside.
     ///
     /// # Errors

@@ -47,6 +47,12 @@ impl BoxTree {
         self.boxes[1]
     }
 
+    /// Returns boxes that together contain all segments, at most so many, a power of two; those without a segment have radii below zero.
+    pub(crate) fn level(&self, most: usize) -> &[[f64; 4]] {
+        let n = self.first_leaf.min(most);
+        &self.boxes[n..2 * n]
+    }
+
     /// Calls `visit` with the segments (of n) in leaves whose boxes meet the given one.
     pub(crate) fn overlapping(&self, with: [f64; 4], n: usize, mut visit: impl FnMut(usize)) {
         let mut stack = vec![1];

@@ -85,6 +85,17 @@ impl Meridian {
 
     /// Signed distance in the half-plane.
     pub(crate) fn distance_at(&self, x: f64, r: f64) -> f64 {
+        self.nearest(x, r).distance(self.segments(), x, r)
+    }
+
+    /// Returns the outward normal (x, r) of the segment nearest to a point of the half-plane.
+    pub(crate) fn normal_at(&self, x: f64, r: f64) -> [f64; 2] {
+        let segment = &self.segments()[self.nearest(x, r).segment];
+        [-segment.tr, segment.tx]
+    }
+
+    #[inline(always)]
+    fn nearest(&self, x: f64, r: f64) -> Nearest {
         let segments = self.segments();
         let mut nearest = Nearest::NONE;
         self.boxes()
@@ -94,7 +105,7 @@ impl Meridian {
                 }
                 nearest.d2
             });
-        nearest.distance(segments, x, r)
+        nearest
     }
 
     /// Appends the segments no farther than `reach` from a point.

@@ -1,14 +1,11 @@
 //! Meridians: curves whose rotation about the axis bounds a solid.
 
 use crate::RevolveError;
-use crate::error::{SIZES, within};
+use crate::error::{SIZES, at_least, within};
 use crate::solid::box_tree::BoxTree;
 use crate::solid::chains::{Chain, Node, chains, tree};
 use crate::solid::mass_properties::MassProperties;
 use crate::solid::segment::{ROUNDING, Segment};
-
-/// Number of boxes for a silhouette accurate to a few per cent of the size of the body.
-const N_BLOCKS: usize = 64;
 
 /// A validated meridian (x along the axis, distance r >= 0), closed by discs where it ends off the axis.
 ///
@@ -28,8 +25,6 @@ pub struct Meridian {
     chains: Vec<Chain>,
     tree: Vec<Node>,
     boxes: BoxTree,
-    /// Up to [`N_BLOCKS`] bounding boxes [x_min, x_max, r_max] of the meridian, for silhouettes.
-    blocks: Vec<[f64; 3]>,
     x_min: f64,
     x_max: f64,
     r_max: f64,
@@ -42,7 +37,7 @@ impl Meridian {
     /// Repeated points are merged. An end with r > 0 is closed by a disc.
     ///
     /// # Errors
-    /// [`RevolveError::TooFewPoints`], [`RevolveError::NotFinitePoint`], [`RevolveError::NegativeRadius`], [`RevolveError::SelfCrossing`],
+    /// [`RevolveError::TooFew`], [`RevolveError::NotFinitePoint`], [`RevolveError::NegativeRadius`], [`RevolveError::SelfCrossing`],
     /// [`RevolveError::NoVolume`], [`RevolveError::OutOfRange`] for a size below 1e-100 or above 1e100.
     pub fn new(points: &[[f64; 2]]) -> Result<Self, RevolveError> {
         let mut path = checked(points, 2)?;
@@ -145,24 +140,9 @@ impl Meridian {
         crate::solid::self_crossing::check(&segments, &boxes)?;
         let mid = 0.5 * (x_min + x_max);
         let chains = chains(&segments, mid, 0.5 * (x_max - x_min) + r_max);
-        let blocks = segments
-            .chunks(segments.len().div_ceil(N_BLOCKS).max(1))
-            .map(|chunk| {
-                chunk
-                    .iter()
-                    .fold([f64::INFINITY, f64::NEG_INFINITY, 0.0], |b, s| {
-                        [
-                            b[0].min(s.x0.min(s.x1) - mid),
-                            b[1].max(s.x0.max(s.x1) - mid),
-                            f64::max(b[2], s.r0.max(s.r1)),
-                        ]
-                    })
-            })
-            .collect();
         Ok(Self {
             tree: tree(&chains),
             boxes,
-            blocks,
             chains,
             r_max,
             x_min,
@@ -207,10 +187,6 @@ impl Meridian {
 
     pub(crate) fn boxes(&self) -> &BoxTree {
         &self.boxes
-    }
-
-    pub(crate) fn blocks(&self) -> &[[f64; 3]] {
-        &self.blocks
     }
 
     pub(crate) fn tree(&self) -> &[Node] {
@@ -278,11 +254,6 @@ fn checked(points: &[[f64; 2]], least: usize) -> Result<Vec<[f64; 2]>, RevolveEr
             path.push(p);
         }
     }
-    if path.len() < least {
-        return Err(RevolveError::TooFewPoints {
-            given: path.len(),
-            least,
-        });
-    }
+    at_least("distinct points of a meridian", path.len(), least)?;
     Ok(path)
 }

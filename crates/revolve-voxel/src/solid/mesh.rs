@@ -7,6 +7,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::error::{positive, room, within};
 use crate::solid::meridian::Meridian;
+use crate::solid::segment::on_chord;
 use crate::{Body, RevolveError};
 
 /// A closed triangle mesh: every edge belongs to two triangles, oriented counter-clockwise seen from outside.
@@ -163,11 +164,7 @@ fn outlines(meridian: &Meridian, tolerance: f64) -> Vec<Outline> {
 
 /// Distance of point k from the chord between a and b.
 fn off_chord(points: &[[f64; 2]], a: usize, b: usize, k: usize) -> f64 {
-    let (dx, dr) = (points[b][0] - points[a][0], points[b][1] - points[a][1]);
-    let length = dx.hypot(dr);
-    let (px, pr) = (points[k][0] - points[a][0], points[k][1] - points[a][1]);
-    let along = ((px * dx + pr * dr) / (length * length)).clamp(0.0, 1.0);
-    (px - along * dx).hypot(pr - along * dr)
+    on_chord(points[k], [points[a], points[b]])[1].sqrt()
 }
 
 /// Keeps points farther than the tolerance from the chords (Ramer, Douglas & Peucker), including the end.

@@ -88,17 +88,15 @@ impl Pose {
         self.turned(Vector3::x(), angle)
     }
 
-    /// Rotates about the y axis of the lab (right-handed), after the previous motions. The angle is in radians: 90.0 is not a quarter turn,
-    /// `90f64.to_radians()` is.
+    /// Rotates about the y axis of the lab, as [`rotated_x`](Self::rotated_x).
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] beyond two turns.
+    /// As [`rotated_x`](Self::rotated_x).
     pub fn rotated_y(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::y(), angle)
     }
 
-    /// Rotates about the z axis of the lab (right-handed), after the previous motions. The angle is in radians: 90.0 is not a quarter turn,
-    /// `90f64.to_radians()` is.
+    /// Rotates about the z axis of the lab, as [`rotated_x`](Self::rotated_x).
     ///
     /// ```
     /// use revolve_voxel::{Pose, nalgebra::Point3};
@@ -108,7 +106,7 @@ impl Pose {
     /// ```
     ///
     /// # Errors
-    /// [`RevolveError::NotFinite`], [`RevolveError::OutOfRange`] beyond two turns.
+    /// As [`rotated_x`](Self::rotated_x).
     pub fn rotated_z(self, angle: f64) -> Result<Self, RevolveError> {
         self.turned(Vector3::z(), angle)
     }

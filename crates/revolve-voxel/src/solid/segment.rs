@@ -59,3 +59,15 @@ impl Segment {
         }
     }
 }
+
+/// Returns the point of a chord nearest to a given point: the fraction along it, and the squared distance.
+pub(crate) fn on_chord(p: [f64; 2], [from, to]: [[f64; 2]; 2]) -> [f64; 2] {
+    let [way, off] = [to, p].map(|end| [end[0] - from[0], end[1] - from[1]]);
+    let length = way[0] * way[0] + way[1] * way[1];
+    let along = match length > 0.0 {
+        true => ((off[0] * way[0] + off[1] * way[1]) / length).clamp(0.0, 1.0),
+        false => 0.0,
+    };
+    let off = [0, 1].map(|k| off[k] - along * way[k]);
+    [along, off[0] * off[0] + off[1] * off[1]]
+}

@@ -1,6 +1,7 @@
 //! Meridians with fewer points.
 
 use crate::Meridian;
+use crate::solid::segment::on_chord;
 
 /// Largest number of segments that become one, which limits the cost.
 const LONGEST: usize = 64;
@@ -36,16 +37,9 @@ impl Meridian {
 
 /// Whether all points are within `most` of the line between the first and the last.
 fn near(points: &[[f64; 2]], most: f64) -> bool {
-    let [x, r] = points[0];
-    let end = points[points.len() - 1];
-    let (dx, dr) = (end[0] - x, end[1] - r);
-    let square = dx * dx + dr * dr;
-    let distance2 = |p: &[f64; 2]| {
-        let (px, pr) = (p[0] - x, p[1] - r);
-        let t = ((px * dx + pr * dr) / square).clamp(0.0, 1.0);
-        (px - t * dx).powi(2) + (pr - t * dr).powi(2)
-    };
-    points.len() <= LONGEST + 1 && points.iter().all(|p| distance2(p) <= most * most)
+    let ends = [points[0], points[points.len() - 1]];
+    let is_near = |p: &[f64; 2]| on_chord(*p, ends)[1] <= most * most;
+    points.len() <= LONGEST + 1 && points.iter().all(is_near)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::f64::consts::{PI, TAU};
 use crate::RevolveError;
 use crate::error::{finite, positive};
 use crate::solid::segment::ROUNDING;
+use crate::voxels::patch::Cuboid;
 
 /// A wedge of azimuth in the body frame: from y to z, between two angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,15 +116,10 @@ impl Wedge {
         Some(Vector3::new(0.0, y, z) * -inward)
     }
 
-    /// Returns the position of a box with a centre and half-widths along `steps`.
-    pub(crate) fn place(
-        &self,
-        centre: &Point3<f64>,
-        half: [f64; 3],
-        steps: &[Vector3<f64>; 3],
-    ) -> Place {
+    /// Returns the position of a box.
+    pub(crate) fn place(&self, cuboid: &Cuboid<'_>) -> Place {
         let (sides, inverted) = self.sides();
-        let place = sides.map_or(Place::Inside, |sides| sides.place(centre, half, steps));
+        let place = sides.map_or(Place::Inside, |sides| sides.place(cuboid));
         match place {
             Place::Inside if inverted => Place::Outside,
             Place::Outside if inverted => Place::Inside,
@@ -250,8 +246,8 @@ impl Sides {
         (low < high).then_some([low, high])
     }
 
-    fn place(&self, centre: &Point3<f64>, half: [f64; 3], steps: &[Vector3<f64>; 3]) -> Place {
-        let depth = self.depth(centre);
+    fn place(&self, cuboid: &Cuboid<'_>) -> Place {
+        let (depth, half, steps) = (self.depth(cuboid.centre), cuboid.half, cuboid.axes);
         let mut place = Place::Inside;
         for k in 0..2 {
             let [y, z] = self.normals[k];

@@ -5,10 +5,10 @@ use std::ops::Range;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::error::{check_range as in_axis, share};
-use crate::voxels::block::{BLOCK, Block, Placed, eighths};
+use crate::error::{check_range as in_axis, positive, within};
+use crate::voxels::block::{Block, Placed, eighths};
 use crate::voxels::field::{Answer, Field};
-use crate::voxels::patch::{Cuboid, Patch, patch};
+use crate::voxels::patch::{Cuboid, Patch, Surface};
 use crate::voxels::runs::Runs;
 use crate::voxels::sections::Sections;
 use crate::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
@@ -76,8 +76,7 @@ pub(crate) fn check(
     tolerance: f64,
 ) -> Result<(), RevolveError> {
     check_range(grid, slices)?;
-    share(tolerance)?;
-    Ok(())
+    within("tolerance", positive("tolerance", tolerance)?, [0.0, 1.0]).map(drop)
 }
 
 /// Adds one layer to blocks of voxels.
@@ -110,22 +109,6 @@ impl<'a> Painter<'a> {
             runs: Runs::new(field.meridian(), least, tolerance),
             set: simd_set::Set::detect(),
         }
-    }
-
-    /// Adds the covered fraction to the voxels of some slices.
-    pub(crate) fn paint_slices<T: Sample>(&self, z: &Range<usize>, out: &mut [T]) -> VoxelCounters {
-        let [nx, ny, _] = self.placed.grid.shape();
-        let (mut block, mut counters) = (Block::default(), VoxelCounters::default());
-        for y in (0..ny).step_by(BLOCK) {
-            for x in (0..nx).step_by(BLOCK) {
-                let voxels = [x..nx.min(x + BLOCK), y..ny.min(y + BLOCK), z.clone()];
-                block.start(&voxels);
-                self.paint(&voxels, 1.0, &mut block);
-                block.add_to(None, self.placed.grid, z.start, out);
-                counters = counters + block.counters;
-            }
-        }
-        counters
     }
 
     /// Adds `weight` times the covered fraction to some voxels of a block.
@@ -218,7 +201,12 @@ impl<'a> Painter<'a> {
     ) -> f64 {
         if let Answer::Run { lines, reflex } = answer {
             counters.evaluations += 1;
-            match patch(self.set, lines, reflex, cuboid) {
+            let surface = Surface {
+                lines,
+                reflex,
+                cuboid,
+            };
+            match self.set.run(surface) {
                 Patch::Clear(inside) => return f64::from(u8::from(inside)),
                 Patch::Covered { fraction, error } if error <= self.tolerance => {
                     counters.cut += 1;

@@ -1,6 +1,7 @@
-//! Solids on a grid: coverage of voxels, regions, weighted bodies, sweeps, and sets of voxels.
+//! Solids on a grid: coverage of voxels, regions, sums of bodies, sweeps, and sets of voxels.
 
 pub(crate) mod block;
+mod bodies;
 pub(crate) mod breaks;
 pub(crate) mod coverage;
 pub(crate) mod disc;
@@ -18,4 +19,3 @@ pub(crate) mod sections;
 pub(crate) mod square;
 pub(crate) mod sweep;
 pub(crate) mod wedge_cut;
-pub(crate) mod weighted_body;

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use crate::error::{finite, zeros};
 use crate::images::rule::gauss;
 use crate::voxels::coverage::check_range;
+use crate::voxels::disc::sector_sum;
 use crate::{Organ, OrganShape, Organs, RevolveError, Sample, VoxelGrid};
 
 /// Cross-sections of an ellipsoid.
@@ -115,8 +116,6 @@ impl Organs {
 
 /// Area of the unit disc within a rectangle.
 fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
-    // The area below y and left of x: differences over the four corners give the rectangle.
-    let corner = |x: f64, y: f64| quadrant(x.clamp(-1.0, 1.0), y.clamp(-1.0, 1.0));
     let far = x[0].max(-x[1]).max(0.0).hypot(y[0].max(-y[1]).max(0.0));
     if far >= 1.0 {
         return 0.0;
@@ -124,19 +123,7 @@ fn disc_in_box(x: [f64; 2], y: [f64; 2]) -> f64 {
     if x[0].abs().max(x[1].abs()).hypot(y[0].abs().max(y[1].abs())) <= 1.0 {
         return (x[1] - x[0]) * (y[1] - y[0]);
     }
-    corner(x[1], y[1]) - corner(x[0], y[1]) - corner(x[1], y[0]) + corner(x[0], y[0])
-}
-
-/// Signed area of the unit disc within the rectangle from the origin to (x, y), both in [-1, 1]: odd in x and in y.
-fn quadrant(x: f64, y: f64) -> f64 {
-    let (a, b) = (x.abs(), y.abs());
-    let area = if a.hypot(b) <= 1.0 {
-        a * b
-    } else {
-        // The area under the arc between heights b and a.
-        let from = ((1.0 - b) * (1.0 + b)).sqrt();
-        let under = |t: f64| 0.5 * (t * ((1.0 - t) * (1.0 + t)).sqrt() + t.asin());
-        b * from + under(a) - under(from)
-    };
-    area * x.signum() * y.signum()
+    let corners = [[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]];
+    let edges = (0..4).map(|k| sector_sum(corners[k], corners[(k + 1) % 4], 1.0));
+    0.5 * edges.sum::<f64>()
 }

@@ -83,113 +83,99 @@ pub(crate) struct Cuboid<'a> {
 }
 
 /// The surface on which the largest (`reflex`: the smallest) of the heights of the lines is zero, in a box.
-pub(crate) fn patch(
-    set: simd_set::Set,
-    lines: &[Line],
-    reflex: bool,
-    cuboid: &Cuboid<'_>,
-) -> Patch {
-    set.run(Work {
-        lines,
-        reflex,
-        cuboid,
-    })
+pub(crate) struct Surface<'a> {
+    pub(crate) lines: &'a [Line],
+    pub(crate) reflex: bool,
+    pub(crate) cuboid: &'a Cuboid<'a>,
 }
 
-/// The loop, compiled for each instruction set.
-struct Work<'a> {
-    lines: &'a [Line],
-    reflex: bool,
-    cuboid: &'a Cuboid<'a>,
-}
-
-impl simd_set::Work for Work<'_> {
+impl simd_set::Work for Surface<'_> {
     type Out = Patch;
 
     #[inline(always)]
     fn run(self) -> Patch {
-        patch_with(self.lines, self.reflex, self.cuboid)
-    }
-}
-
-#[inline(always)]
-fn patch_with(lines: &[Line], reflex: bool, cuboid: &Cuboid<'_>) -> Patch {
-    let &Cuboid { centre, axes, .. } = cuboid;
-    let (half, radius) = (cuboid.half, cuboid.radius);
-    let s = if reflex { -1.0 } else { 1.0 };
-    let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
-    let (height, nearest, lines) = in_box(lines, s, [centre.x, r], radius);
-    let Line { a, b, .. } = *nearest;
-    let offset = s * height;
-    let radial = b / r;
-    let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
-    let normal = axes.map(|e| e.dot(&gradient));
-    // Bound on the distance of the surface from a plane. Along the meridian it turns; around the axis, a distance from the axis
-    // differs from its linear part, within a ball that does not meet the axis, by at most the radius of the ball times the tangent
-    // of half its angular size.
-    let sine = radius / r;
-    if sine >= 1.0 {
-        return Patch::Unknown;
-    }
-    let turned = radius * turn(&lines[0], &lines[lines.len() - 1]);
-    let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
-    let round = b.abs() * rounding;
-    // Columns along the edge most nearly perpendicular to the plane, in box units.
-    let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
-    if height.abs() >= steep[0] + steep[1] + steep[2] + turned + round {
-        return Patch::Clear(offset < 0.0);
-    }
-    let e = match steep {
-        [a, b, c] if a > b && a > c => 0,
-        [_, b, c] if b > c => 1,
-        _ => 2,
-    };
-    let (u, v) = ((e + 1) % 3, (e + 2) % 3);
-    let inv = 1.0 / normal[e];
-    let h = half[e];
-    let clip = |t: f64| smaller(larger(t, -h), h);
-    let (du, dv) = (axes[u] * half[u], axes[v] * half[v]);
-    let level = [
-        -offset * inv,
-        -normal[u] * half[u] * inv,
-        -normal[v] * half[v] * inv,
-    ];
-    // One loop over the columns per step, for vectorisation.
-    let mut plane = [0.0; COLUMNS];
-    for k in 0..COLUMNS {
-        plane[k] = level[0] + level[1] * U[k] + level[2] * V[k];
-    }
-    let height = heights_over(lines, s, centre, [&du, &dv, &axes[e]], &plane, h);
-    // The plane moves to the average of the surface over the columns.
-    let (mut surface, mut rise, mut seen) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
-    for k in 0..COLUMNS {
-        let step = -s * inv * height[k];
-        seen[k] = if plane[k].abs() < h { WEIGHT[k] } else { 0.0 };
-        rise[k] = seen[k] * step;
-        surface[k] = clip(clip(plane[k]) + step);
-    }
-    let seen = fold(&seen, |a, b| a + b);
-    let lift = if seen > 0.0 {
-        fold(&rise, |a, b| a + b) / seen
-    } else {
-        0.0
-    };
-    let mut change = [0.0; COLUMNS];
-    for k in 0..COLUMNS {
-        change[k] = surface[k] - clip(plane[k] + lift);
-    }
-    let spread = larger(fold(&change, larger), 0.0) - smaller(fold(&change, smaller), 0.0);
-    for k in 0..COLUMNS {
-        change[k] *= WEIGHT[k];
-    }
-    let correction = fold(&change, |a, b| a + b) / (8.0 * h);
-    let spread = spread / (2.0 * h);
-    let heights = inv.abs() / (2.0 * h);
-    let bends = (0.5 * turned + round) * heights;
-    let below = fraction_below(normal, offset - lift * normal[e], half);
-    Patch::Covered {
-        fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
-        error: error(lines, [spread, bends, rounding], heights, [h, radius]),
+        let Self {
+            lines,
+            reflex,
+            cuboid,
+        } = self;
+        let &Cuboid { centre, axes, .. } = cuboid;
+        let (half, radius) = (cuboid.half, cuboid.radius);
+        let s = if reflex { -1.0 } else { 1.0 };
+        let r = (centre.y * centre.y + centre.z * centre.z).sqrt();
+        let (height, nearest, lines) = in_box(lines, s, [centre.x, r], radius);
+        let Line { a, b, .. } = *nearest;
+        let offset = s * height;
+        let radial = b / r;
+        let gradient = Vector3::new(a, radial * centre.y, radial * centre.z);
+        let normal = axes.map(|e| e.dot(&gradient));
+        // Bound on the distance of the surface from a plane. Along the meridian it turns; around the axis, a distance from the axis
+        // differs from its linear part, within a ball that does not meet the axis, by at most the radius of the ball times the tangent
+        // of half its angular size.
+        let sine = radius / r;
+        if sine >= 1.0 {
+            return Patch::Unknown;
+        }
+        let turned = radius * turn(&lines[0], &lines[lines.len() - 1]);
+        let rounding = radius * sine / (1.0 + (1.0 - sine * sine).sqrt());
+        let round = b.abs() * rounding;
+        // Columns along the edge most nearly perpendicular to the plane, in box units.
+        let steep = [0, 1, 2].map(|i| normal[i].abs() * half[i]);
+        if height.abs() >= steep[0] + steep[1] + steep[2] + turned + round {
+            return Patch::Clear(offset < 0.0);
+        }
+        let e = match steep {
+            [a, b, c] if a > b && a > c => 0,
+            [_, b, c] if b > c => 1,
+            _ => 2,
+        };
+        let (u, v) = ((e + 1) % 3, (e + 2) % 3);
+        let inv = 1.0 / normal[e];
+        let h = half[e];
+        let clip = |t: f64| smaller(larger(t, -h), h);
+        let (du, dv) = (axes[u] * half[u], axes[v] * half[v]);
+        let level = [
+            -offset * inv,
+            -normal[u] * half[u] * inv,
+            -normal[v] * half[v] * inv,
+        ];
+        // One loop over the columns per step, for vectorisation.
+        let mut plane = [0.0; COLUMNS];
+        for k in 0..COLUMNS {
+            plane[k] = level[0] + level[1] * U[k] + level[2] * V[k];
+        }
+        let height = heights_over(lines, s, centre, [&du, &dv, &axes[e]], &plane, h);
+        // The plane moves to the average of the surface over the columns.
+        let (mut surface, mut rise, mut seen) = ([0.0; COLUMNS], [0.0; COLUMNS], [0.0; COLUMNS]);
+        for k in 0..COLUMNS {
+            let step = -s * inv * height[k];
+            seen[k] = if plane[k].abs() < h { WEIGHT[k] } else { 0.0 };
+            rise[k] = seen[k] * step;
+            surface[k] = clip(clip(plane[k]) + step);
+        }
+        let seen = fold(&seen, |a, b| a + b);
+        let lift = if seen > 0.0 {
+            fold(&rise, |a, b| a + b) / seen
+        } else {
+            0.0
+        };
+        let mut change = [0.0; COLUMNS];
+        for k in 0..COLUMNS {
+            change[k] = surface[k] - clip(plane[k] + lift);
+        }
+        let spread = larger(fold(&change, larger), 0.0) - smaller(fold(&change, smaller), 0.0);
+        for k in 0..COLUMNS {
+            change[k] *= WEIGHT[k];
+        }
+        let correction = fold(&change, |a, b| a + b) / (8.0 * h);
+        let spread = spread / (2.0 * h);
+        let heights = inv.abs() / (2.0 * h);
+        let bends = (0.5 * turned + round) * heights;
+        let below = fraction_below(normal, offset - lift * normal[e], half);
+        Patch::Covered {
+            fraction: (below + correction * inv.signum()).clamp(0.0, 1.0),
+            error: error(lines, [spread, bends, rounding], heights, [h, radius]),
+        }
     }
 }
 

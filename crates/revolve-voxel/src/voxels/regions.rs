@@ -6,8 +6,7 @@ use rayon::prelude::*;
 
 use crate::error::{at_most, length, zeros};
 use crate::voxels::block::{BLOCK, slabs};
-use crate::voxels::coverage::{Painter, check};
-use crate::voxels::field::Field;
+use crate::voxels::coverage::check;
 use crate::{Body, RevolveError, Sample, Sector, VoxelCounters, VoxelGrid};
 
 /// Labels are bytes.
@@ -30,7 +29,7 @@ impl Body {
     /// Returns coverage of every region and labels for some slices of a grid.
     ///
     /// # Errors
-    /// As [`WeightedBody::voxelize_add`](crate::WeightedBody::voxelize_add); [`RevolveError::WrongLength`] for more than 254 layers (labels are bytes).
+    /// As [`Body::voxelize_add`]; [`RevolveError::WrongLength`] for more than 254 layers (labels are bytes).
     pub fn regions<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -41,36 +40,30 @@ impl Body {
         at_most("layers (at most)", n, MOST_LABELS)?;
         check(grid, &slices, tolerance)?;
         let len = grid.slice_len() * slices.len();
-        let surfaces: Vec<_> = (0..n)
-            .map(|k| self.simplified_for(k, grid, tolerance))
-            .collect();
-        let fields: Vec<Field> = surfaces.iter().map(|s| Field::of(s, grid)).collect();
-        let mut coverage: Vec<Vec<T>> = (0..n)
-            .map(|_| zeros("voxels", len))
-            .collect::<Result<_, _>>()?;
         let mut labels = zeros::<u8>("voxels", len)?;
-        let painters: Vec<Painter> = (fields.iter())
-            .map(|field| Painter::new(self.pose(), field, grid, tolerance))
-            .collect();
-        // Slab by slab: voxels of every layer, then differences of layers and the largest region.
+        let (mut coverage, mut counters) = (Vec::new(), VoxelCounters::default());
+        for k in 0..n {
+            let _layer = simd_set::part(k..k + 1, n);
+            let activity: Vec<f64> = (0..n)
+                .map(|region| f64::from(u8::from(region <= k)))
+                .collect();
+            let mut own: Vec<T> = zeros("voxels", len)?;
+            let layer = (self, &activity[..]);
+            let done = Self::voxelize_add(&[layer], grid, slices.clone(), tolerance, &mut own)?;
+            counters = counters + done;
+            coverage.push(own);
+        }
+        // Differences of layers, and the largest region.
         let slab = grid.slice_len() * BLOCK;
-        let counters = (slabs(&mut coverage, slab).into_par_iter())
+        let slabs = slabs(&mut coverage, slab).into_par_iter();
+        slabs
             .zip(labels.par_chunks_mut(slab))
-            .enumerate()
-            .map(|(index, (mut layers, labels))| {
-                simd_set::unit(slices.len().div_ceil(BLOCK));
-                let start = slices.start + index * BLOCK;
-                let z = start..(start + BLOCK).min(slices.end);
-                let mut counters = VoxelCounters::default();
-                for (painter, out) in painters.iter().zip(&mut layers) {
-                    counters = counters + painter.paint_slices(&z, out);
-                }
+            .for_each(|(mut layers, labels)| {
+                simd_set::checkpoint();
                 for (i, label) in labels.iter_mut().enumerate() {
                     *label = separate(&mut layers, i);
                 }
-                counters
-            })
-            .reduce(VoxelCounters::default, |a, b| a + b);
+            });
         Ok(RegionVolumes {
             coverage,
             labels,

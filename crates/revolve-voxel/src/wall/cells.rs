@@ -1,6 +1,7 @@
 //! A map of cells over the half-plane that lists lines near the points of a cell.
 
-use crate::wall::isoline::{Isolines, cross, less, norm};
+use crate::voxels::disc::cross;
+use crate::wall::isoline::{Isolines, less, norm};
 
 /// Cells along the longer side of the map.
 const CELLS: f64 = 128.0;

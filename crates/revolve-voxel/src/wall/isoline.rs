@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use crate::solid::curve::{Curve, CurvePoint};
+use crate::voxels::disc::cross;
 use crate::wall::root::rising_root;
 
 /// An end of the meridian within this distance of the axis, relative to the size, is on it.
@@ -156,10 +157,6 @@ pub(crate) fn below(a: [f64; 2], b: [f64; 2], t: f64) -> f64 {
 
 pub(crate) fn less(a: [f64; 2], b: [f64; 2]) -> [f64; 2] {
     [a[0] - b[0], a[1] - b[1]]
-}
-
-pub(crate) fn cross(a: [f64; 2], b: [f64; 2]) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
 }
 
 pub(crate) fn norm(a: [f64; 2]) -> f64 {

@@ -2,16 +2,10 @@
 //!
 //! A map of cells over the half-plane lists the lines near a point. Newton's method finds its line between two of them.
 
-use std::ops::Range;
-
-use nalgebra::Point3;
-use rayon::prelude::*;
-
-use crate::voxels::coverage::check_range;
-use crate::wall::cells::Cells;
-use crate::wall::isoline::{ON_AXIS, cross, less, norm};
+use crate::Shell;
+use crate::voxels::disc::cross;
+use crate::wall::isoline::{ON_AXIS, less, norm};
 use crate::wall::root::rising_root;
-use crate::{Pose, RevolveError, Shell, VoxelGrid};
 
 impl Shell {
     /// Returns layer and s of a point (x, r); `None` outside the wall.
@@ -59,79 +53,4 @@ impl Shell {
         }
         None
     }
-
-    /// Evaluates a function at the centre of every voxel of some slices that lies in the wall in `pose`. Returns the index of the
-    /// voxel among these slices (`[z][y][x]`), ascending, with the result for the centre in the body frame, the layer and s.
-    ///
-    /// Cost: proportional to the number of voxels in the cylinder around the wall. Rows are distributed over the threads of the
-    /// current rayon pool; results are bitwise independent of their number.
-    ///
-    /// # Errors
-    /// [`RevolveError::BadRange`] for slices outside the grid.
-    pub fn map_voxels<T: Send>(
-        &self,
-        pose: &Pose,
-        grid: &VoxelGrid,
-        slices: Range<usize>,
-        f: impl Fn(&Point3<f64>, [f64; 2]) -> T + Sync,
-    ) -> Result<Vec<(usize, T)>, RevolveError> {
-        check_range(grid, &slices)?;
-        let [nx, ny, _] = grid.shape();
-        let Cells { low, high, .. } = &self.cells;
-        let reach = ([low[0], high[0]], high[1]);
-        let (first, f) = (slices.start * ny, &f);
-        Ok((first..slices.end * ny)
-            .into_par_iter()
-            .with_min_len(slices.len() * ny / 1024) // about a thousand jobs at most: after a stop each unwinds its thread
-            .flat_map_iter(|row| {
-                simd_set::unit(slices.len() * ny);
-                let (y, z) = (row % ny, row / ny);
-                within(grid, pose, reach, y, z).filter_map(move |x| {
-                    let p = pose.to_body(&grid.centre(x, y, z));
-                    // Not `hypot`: squares of voxel sizes neither underflow nor overflow.
-                    let r = (p.y * p.y + p.z * p.z).sqrt();
-                    let found = self.locate([p.x, r])?;
-                    Some(((row - first) * nx + x, f(&p, found)))
-                })
-            })
-            .collect())
-    }
-}
-
-/// Returns the voxels of a row with centres that may lie in a cylinder about the axis of the body, given by its x and radius.
-pub(crate) fn within(
-    grid: &VoxelGrid,
-    pose: &Pose,
-    (x, radius): ([f64; 2], f64),
-    iy: usize,
-    iz: usize,
-) -> Range<usize> {
-    let nx = grid.shape()[0];
-    let from = pose.to_body(&grid.centre(0, iy, iz));
-    let step = pose.vector_to_body(&nalgebra::Vector3::x()) * grid.spacing()[0];
-    let (mut low, mut high) = (0.0f64, nx as f64);
-    if step.x != 0.0 {
-        let ends = x.map(|x| (x - from.x) / step.x);
-        low = low.max(ends[0].min(ends[1]));
-        high = high.min(ends[0].max(ends[1]));
-    } else if from.x < x[0] || from.x > x[1] {
-        return 0..0;
-    }
-    let a = step.y * step.y + step.z * step.z;
-    let b = from.y * step.y + from.z * step.z;
-    let c = from.y * from.y + from.z * from.z - radius * radius;
-    if a > 0.0 {
-        let discriminant = b * b - a * c;
-        if discriminant < 0.0 {
-            return 0..0;
-        }
-        let root = discriminant.sqrt();
-        low = low.max((-b - root) / a);
-        high = high.min((-b + root) / a);
-    } else if c > 0.0 {
-        return 0..0;
-    }
-    // One more on either side, for rounding.
-    let first = (low - 1.0).max(0.0) as usize;
-    first..((high + 2.0).max(0.0) as usize).min(nx).max(first)
 }

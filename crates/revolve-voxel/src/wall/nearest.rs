@@ -1,4 +1,4 @@
-//! The nearest material of a wall for points around it.
+//! Voxels in and around a wall, with the nearest material.
 
 use std::ops::Range;
 
@@ -6,20 +6,11 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::error::finite;
+use crate::solid::segment::on_chord;
 use crate::voxels::coverage::check_range;
 use crate::wall::cells::{Cells, Line};
 use crate::wall::isoline::{less, norm};
-use crate::wall::locate::within;
 use crate::{Pose, RevolveError, Shell, VoxelGrid};
-
-/// The point of the wall nearest to a given point.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NearestMaterial {
-    /// Layer and s of the nearest point.
-    pub material: [f64; 2],
-    /// Distance from it; 0 in the wall.
-    pub distance: f64,
-}
 
 /// Chords that approximate the surfaces of a wall, and those across its open ends.
 struct Outline {
@@ -71,20 +62,8 @@ impl Outline {
     }
 }
 
-/// Returns the point of a chord nearest to a given point: the fraction along it, and the squared distance.
-fn on_chord(p: [f64; 2], ends: [[f64; 2]; 2]) -> [f64; 2] {
-    let (way, to) = (less(ends[1], ends[0]), less(p, ends[0]));
-    let length = way[0] * way[0] + way[1] * way[1];
-    let along = match length > 0.0 {
-        true => ((to[0] * way[0] + to[1] * way[1]) / length).clamp(0.0, 1.0),
-        false => 0.0,
-    };
-    let off = [0, 1].map(|k| to[k] - along * way[k]);
-    [along, off[0] * off[0] + off[1] * off[1]]
-}
-
 impl Shell {
-    /// Returns the point of the wall nearest to a point (x, r): the point itself in the wall, else a point on a surface or an open end.
+    /// Returns layer and s of the point on a surface or an open end that is nearest to a point (x, r) outside the wall, and the distance.
     ///
     /// `chords` are the first chords of either surface to be tested, and then the nearest ones: for a neighbouring point they bound the
     /// distance, so that few others are tested.
@@ -93,13 +72,7 @@ impl Shell {
         outline: &Outline,
         p: [f64; 2],
         chords: &mut [usize; 2],
-    ) -> NearestMaterial {
-        if let Some(material) = self.locate(p) {
-            return NearestMaterial {
-                material,
-                distance: 0.0,
-            };
-        }
+    ) -> ([f64; 2], f64) {
         let (mut least, mut material) = (f64::INFINITY, [0.0; 2]);
         for End { points, line } in &outline.ends {
             let [along, squared] = on_chord(p, *points);
@@ -128,27 +101,28 @@ impl Shell {
                     .saturating_sub(1);
             }
         }
-        NearestMaterial {
-            material,
-            distance: least.sqrt(),
-        }
+        (material, least.sqrt())
     }
 
-    /// As [`Shell::map_voxels`], for all voxels with centres within `reach` (cm) of the wall. The function receives the centre in
-    /// the body frame and the nearest point of the wall: the centre itself in the wall, else a point on a surface or an open end.
+    /// Evaluates a function at the centre of every voxel of some slices within `reach` (cm) of the wall in `pose`; with a reach of 0 in the wall. The
+    /// function receives the centre in the body frame, and layer and s of the nearest point of the wall with its distance: those of the centre itself
+    /// in the wall, else of a point on a surface or an open end. Returns the index of the voxel among these slices (`[z][y][x]`), ascending, with
+    /// the result.
     ///
-    /// Both curves are approximated by at least 128 chords, with an error of an eighth of the curvature times the squared chord length.
+    /// For points outside the wall both curves are approximated by at least 128 chords, with an error of an eighth of the curvature times the
+    /// squared chord length. Cost: proportional to the number of voxels in the cylinder around the wall. Rows are distributed over the threads of
+    /// the current rayon pool; results are bitwise independent of their number.
     ///
     /// # Errors
     /// [`RevolveError::BadRange`] for slices outside the grid; [`RevolveError::Negative`] or [`RevolveError::NotFinite`] for the
     /// reach.
-    pub fn map_voxels_around<T: Send>(
+    pub fn map_voxels<T: Send>(
         &self,
         pose: &Pose,
         grid: &VoxelGrid,
         slices: Range<usize>,
         reach: f64,
-        f: impl Fn(&Point3<f64>, &NearestMaterial) -> T + Sync,
+        f: impl Fn(&Point3<f64>, [f64; 2], f64) -> T + Sync,
     ) -> Result<Vec<(usize, T)>, RevolveError> {
         check_range(grid, &slices)?;
         if finite("reach", reach)? < 0.0 {
@@ -169,12 +143,55 @@ impl Shell {
                 let mut chords = [0; 2];
                 within(grid, pose, cylinder, y, z).filter_map(move |x| {
                     let p = pose.to_body(&grid.centre(x, y, z));
+                    // Not `hypot`: squares of voxel sizes neither underflow nor overflow.
                     let place = [p.x, (p.y * p.y + p.z * p.z).sqrt()];
-                    let nearest = self.find_nearest(outline, place, &mut chords);
-                    let near = nearest.distance <= reach;
-                    near.then(|| ((row - first) * nx + x, f(&p, &nearest)))
+                    let (material, distance) = match self.locate(place) {
+                        Some(material) => (material, 0.0),
+                        None if reach == 0.0 => return None,
+                        None => self.find_nearest(outline, place, &mut chords),
+                    };
+                    let voxel = (row - first) * nx + x;
+                    (distance <= reach).then(|| (voxel, f(&p, material, distance)))
                 })
             })
             .collect())
     }
+}
+
+/// Returns the voxels of a row with centres that may lie in a cylinder about the axis of the body, given by its x and radius.
+fn within(
+    grid: &VoxelGrid,
+    pose: &Pose,
+    (x, radius): ([f64; 2], f64),
+    iy: usize,
+    iz: usize,
+) -> Range<usize> {
+    let nx = grid.shape()[0];
+    let from = pose.to_body(&grid.centre(0, iy, iz));
+    let step = pose.vector_to_body(&nalgebra::Vector3::x()) * grid.spacing()[0];
+    let (mut low, mut high) = (0.0f64, nx as f64);
+    if step.x != 0.0 {
+        let ends = x.map(|x| (x - from.x) / step.x);
+        low = low.max(ends[0].min(ends[1]));
+        high = high.min(ends[0].max(ends[1]));
+    } else if from.x < x[0] || from.x > x[1] {
+        return 0..0;
+    }
+    let a = step.y * step.y + step.z * step.z;
+    let b = from.y * step.y + from.z * step.z;
+    let c = from.y * from.y + from.z * from.z - radius * radius;
+    if a > 0.0 {
+        let discriminant = b * b - a * c;
+        if discriminant < 0.0 {
+            return 0..0;
+        }
+        let root = discriminant.sqrt();
+        low = low.max((-b - root) / a);
+        high = high.min((-b + root) / a);
+    } else if c > 0.0 {
+        return 0..0;
+    }
+    // One more on either side, for rounding.
+    let first = (low - 1.0).max(0.0) as usize;
+    first..((high + 2.0).max(0.0) as usize).min(nx).max(first)
 }

@@ -4,7 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use crate::rays::single::SurfacePoint;
+use crate::error::{finite, length};
+use crate::rays::single::Search;
+use crate::rays::slabs::for_slabs;
 use crate::solid::wedge::Wedge;
 use crate::wall::body_line::BodyLine;
 use crate::{
@@ -172,23 +174,29 @@ impl Sector {
     /// Returns the length of a line inside the sector.
     #[must_use]
     pub fn chord(&self, ray: &Ray) -> f64 {
-        let mut sum = 0.0;
+        let (mut sum, mut search) = (0.0, Search::default());
         let line = BodyLine::new(self.ring.pose(), ray);
-        self.for_spans(ray, &line, |span| sum += span.exit - span.enter);
+        self.for_spans(ray, &line, &mut search, |span| sum += span.length());
         sum
     }
 
-    /// Calls `each` with the disjoint intervals of a line inside the sector. `line` is the ray in its pose.
-    pub(crate) fn for_spans(&self, ray: &Ray, line: &BodyLine, mut each: impl FnMut(Span)) {
+    /// Calls `each` with the disjoint intervals of a line inside the sector; `None` if the line misses its bounds. `line` is the ray in its pose.
+    /// Neighbouring lines share `search`.
+    pub(crate) fn for_spans(
+        &self,
+        ray: &Ray,
+        line: &BodyLine,
+        search: &mut Search,
+        mut each: impl FnMut(Span),
+    ) -> Option<()> {
         let ring = &self.ring.layers()[0];
-        let Some(held) = line.inside(ring.boxes().whole(), self.reach()) else {
-            return;
-        };
-        for span in &self.ring.spans_in(ring, ray) {
+        let held = line.inside(ring.boxes().whole(), self.reach())?;
+        self.ring.for_spans(ring, ray, search, |span| {
             self.for_parts(line, held, [span.enter, span.exit], |[enter, exit]| {
                 each(Span { enter, exit });
             });
-        }
+        });
+        Some(())
     }
 
     /// Calls `each` with the disjoint intervals of a line between the sides. The line is in the ring from `enter` to `exit`, and in the wedge
@@ -255,33 +263,25 @@ impl Sector {
         let held = line.inside(ring.boxes().whole(), self.reach())?;
         // Entry into both ring and wedge, and whether it is on the surface of the ring.
         let mut found = None;
-        for [enter, exit] in self.ring.surface_spans(ring, ray) {
-            self.for_parts(&line, held, [enter.t, exit.t], |[t, _]| {
+        let mut search = Search::default();
+        self.ring.for_spans(ring, ray, &mut search, |span| {
+            self.for_parts(&line, held, [span.enter, span.exit], |[t, _]| {
                 if t >= 0.0 && found.is_none() {
-                    found = Some((t, (t == enter.t).then_some(enter)));
+                    found = Some((t, t == span.enter));
                 }
             });
-        }
-        let (t, surface) = found?;
-        let along = line.parts.1;
+        });
+        let (t, is_on_ring) = found?;
         let (point, pose) = (ray.at(t), self.ring.pose());
         let body = pose.to_body(&point);
-        let normal = match surface {
-            None => self.side_normal(&body)?,
-            // A disc that the ray enters from outside faces the ray.
-            Some(SurfacePoint { normal: None, .. }) => Vector3::x() * -along.x.signum(),
-            Some(SurfacePoint {
-                normal: Some([nx, nr]),
-                ..
-            }) => {
-                // Scaled, because near the axis a root of squares loses its digits.
-                let most = body.y.abs().max(body.z.abs());
-                if most > 0.0 {
-                    let [y, z] = [body.y / most, body.z / most];
-                    let r = y.hypot(z);
-                    Vector3::new(nx, nr * y / r, nr * z / r)
-                } else {
-                    Vector3::x() * nx.signum()
+        let normal = match is_on_ring {
+            false => self.side_normal(&body)?,
+            true => {
+                let r = body.y.hypot(body.z);
+                let [nx, nr] = ring.normal_at(body.x, r);
+                match r > 0.0 {
+                    true => Vector3::new(nx, nr * body.y / r, nr * body.z / r),
+                    false => Vector3::x() * nx.signum(),
                 }
             }
         };
@@ -302,19 +302,19 @@ impl Sector {
         activity: f64,
         out: &mut [T],
     ) -> Result<RayCounters, RevolveError> {
-        self.ring
-            .project_measured(rays, &[activity], 1.0, out, |[bin, row]| {
-                let line = BodyLine::new(self.ring.pose(), &rays.line(bin, row));
-                let held = self
-                    .reach()
-                    .stretches(&line.parts.0, &line.parts.1, line.parts.2);
-                move |low: f64, high: f64, origin: f64| {
-                    let mut sum = 0.0;
-                    let span = [low - origin, high - origin];
-                    self.for_parts(&line, held, span, |[from, to]| sum += to - from);
-                    sum
-                }
-            })
+        finite("activity", activity)?;
+        length("image", rays.image_len(), out.len())?;
+        let cast = |search: &mut Search, ray: &Ray, slabs: &mut [f64]| {
+            let (line, mut hit) = (BodyLine::new(self.ring.pose(), ray), false);
+            self.for_spans(ray, &line, search, |Span { enter, exit }| {
+                hit = true;
+                for_slabs(rays.planes(), 0.0, [enter, exit], |slab, [from, to]| {
+                    slabs[slab] += to - from;
+                });
+            })?;
+            Some(hit)
+        };
+        Ok(rays.add_each(activity, out, cast))
     }
 
     /// A wedge that contains the sector.

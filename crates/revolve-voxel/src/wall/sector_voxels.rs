@@ -6,6 +6,7 @@ use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::{finite, length, zeros};
+use crate::rays::single::Search;
 use crate::solid::wedge::{Place, Wedge};
 use crate::voxels::coverage::check;
 use crate::voxels::patch::Cuboid;
@@ -14,7 +15,7 @@ use crate::voxels::sections::Sections;
 use crate::voxels::square;
 use crate::wall::body_line::BodyLine;
 use crate::wall::sector::{Sector, Twisted};
-use crate::{Ray, RevolveError, Sample, VoxelCounters, VoxelGrid, WeightedBody};
+use crate::{Body, Ray, RevolveError, Sample, VoxelCounters, VoxelGrid};
 
 impl Sector {
     /// Adds `activity` times the covered fraction, to within `tolerance`, of every voxel in some slices to `out` (`[z][y][x]`, those slices
@@ -23,7 +24,7 @@ impl Sector {
     /// Voxels that no side of the wedge cuts have the value of the ring. Voxels that a twisted side may cut are computed from the lengths of lines.
     ///
     /// # Errors
-    /// As [`WeightedBody::voxelize_add`].
+    /// As [`Body::voxelize_add`].
     pub fn voxelize_add<T: Sample>(
         &self,
         grid: &VoxelGrid,
@@ -53,14 +54,9 @@ impl Sector {
         let small = VoxelGrid::new(part.clone().map(|p| p.len()), h, corner.coords.into())?;
         let own = z.start - part[2].start..z.end - part[2].start;
         let mut ring = zeros("voxels", nx * ny * z.len())?;
-        let whole = WeightedBody {
-            body: &self.ring,
-            activity: &[1.0],
-            weight: 1.0,
-        };
-        let mut counters =
-            WeightedBody::voxelize_add(&[whole], &small, own.clone(), tolerance, &mut ring)?;
-        counters = counters + self.cut(&small, own.start, tolerance, &mut ring);
+        let (whole, first) = ((&self.ring, &[1.0][..]), own.start);
+        let mut counters = Body::voxelize_add(&[whole], &small, own, tolerance, &mut ring)?;
+        counters = counters + self.cut(&small, first, tolerance, &mut ring);
         for (slice, own) in z.zip(ring.chunks(nx * ny)) {
             for (y, row) in own.chunks(nx).enumerate() {
                 let start = (slice - slices.start) * grid.slice_len()
@@ -105,20 +101,20 @@ impl Sector {
                 let (x, y, z) = (k % nx, k / nx % ny, first_slice + k / (nx * ny));
                 let at = grid.centre(x, y, z);
                 let centre = pose.to_body(&at);
-                match self.place(&centre, half, &steps) {
+                let cuboid = Cuboid {
+                    centre: &centre,
+                    axes: &steps,
+                    half,
+                    radius,
+                };
+                match self.place(&cuboid) {
                     Place::Inside => {}
                     Place::Outside => *share = 0.0,
                     Place::Cut if self.twisted.is_some() => {
-                        (*share, counters.evaluations) = self.share(&at, half, &steps, tolerance);
+                        (*share, counters.evaluations) = self.share(&at, &cuboid, tolerance);
                         counters.cut = 1;
                     }
                     Place::Cut => {
-                        let cuboid = Cuboid {
-                            centre: &centre,
-                            axes: &steps,
-                            half,
-                            radius,
-                        };
                         let mut sections =
                             Sections::new(meridian, &runs, &cuboid, tolerance).within(&self.wedge);
                         *share = sections.fraction();
@@ -132,12 +128,12 @@ impl Sector {
     }
 
     /// Returns the position of a box relative to the sides; `Cut` also if a twisted side may cut it.
-    fn place(&self, centre: &Point3<f64>, half: [f64; 3], steps: &[Vector3<f64>; 3]) -> Place {
+    fn place(&self, cuboid: &Cuboid<'_>) -> Place {
         let Some(Twisted { reach, core, .. }) = &self.twisted else {
-            return self.wedge.place(centre, half, steps);
+            return self.wedge.place(cuboid);
         };
-        let in_core = |core: &Wedge| core.place(centre, half, steps) == Place::Inside;
-        if reach.place(centre, half, steps) == Place::Outside {
+        let in_core = |core: &Wedge| core.place(cuboid) == Place::Inside;
+        if reach.place(cuboid) == Place::Outside {
             Place::Outside
         } else if core.as_ref().is_some_and(in_core) {
             Place::Inside
@@ -146,20 +142,13 @@ impl Sector {
         }
     }
 
-    /// Returns the fraction of a voxel with half edges along `steps` (body) inside a twisted sector, and the number of lines: the
-    /// length of lines inside the sector is integrated over the cross-section of the voxel.
-    fn share(
-        &self,
-        centre: &Point3<f64>,
-        half: [f64; 3],
-        steps: &[Vector3<f64>; 3],
-        tolerance: f64,
-    ) -> (f64, u64) {
+    /// Returns the fraction of a voxel, with its centre in the lab, inside a twisted sector, and the number of lines: the length of lines inside the
+    /// sector is integrated over the cross-section of the voxel.
+    fn share(&self, centre: &Point3<f64>, cuboid: &Cuboid<'_>, tolerance: f64) -> (f64, u64) {
         // Along the edge most oblique to sides and surfaces, so that the length changes continuously across both.
-        let pose = self.ring.pose();
-        let body = pose.to_body(centre);
+        let (pose, body, half) = (self.ring.pose(), cuboid.centre, cuboid.half);
         let oblique = |k: usize| {
-            let e = steps[k];
+            let e = cuboid.axes[k];
             ((e.y * body.y + e.z * body.z) * (e.z * body.y - e.y * body.z)).abs()
         };
         let axis = (1..3).fold(
@@ -169,6 +158,7 @@ impl Sector {
         let others = [(axis + 1) % 3, (axis + 2) % 3];
         let mut along = Vector3::zeros();
         along[axis] = 1.0;
+        let mut search = Search::default();
         let length = |at: [f64; 2]| {
             let mut start = *centre;
             for (axis, at) in others.into_iter().zip(at) {
@@ -180,7 +170,7 @@ impl Sector {
             let mut sum = 0.0;
             let line = BodyLine::new(pose, &ray);
             let reach = half[axis];
-            self.for_spans(&ray, &line, |span| {
+            self.for_spans(&ray, &line, &mut search, |span| {
                 sum += (span.exit.min(reach) - span.enter.max(-reach)).max(0.0);
             });
             0.5 * sum / reach

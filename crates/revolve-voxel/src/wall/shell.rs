@@ -12,8 +12,9 @@
 
 use crate::error::{finite, positive};
 use crate::solid::curve::Curve;
+use crate::voxels::disc::cross;
 use crate::wall::cells::{Cells, Line};
-use crate::wall::isoline::{Isolines, ON_AXIS, below, cross, mix};
+use crate::wall::isoline::{Isolines, ON_AXIS, below, mix};
 use crate::wall::shares::Shares;
 use crate::{Meridian, RevolveError};
 
@@ -216,11 +217,6 @@ impl Shell {
             }
         }
         Ok(points.into_iter().map(|(_, point)| point).collect())
-    }
-
-    /// The parameters of the lines.
-    pub(crate) fn places(&self) -> Vec<f64> {
-        self.lines.iter().map(|line| line.s).collect()
     }
 
     fn clamped(&self, s: f64) -> f64 {

@@ -4,8 +4,8 @@ use crate::support;
 
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Assembly, BinValue, Body, DepthResponse, Meridian, Organs, ParallelDetector, Pose, Ray,
-    RayPlane, Shown, View, VoxelGrid,
+    Assembly, BinValue, Body, DepthResponse, Meridian, Organs, ParallelDetector, Pose, Ray, Shown,
+    View, VoxelGrid,
 };
 use support::*;
 
@@ -292,8 +292,8 @@ fn samples_at_the_centres_of_bins_do_not_sum_to_the_activity() {
     let wall = Assembly::new(&none)
         .with_body(&body, &[0.0, 1.0], None)
         .unwrap();
-    let plane = RayPlane::parallel(0.7).unwrap();
-    let view = View::new(plane, &detector, BinValue::Average, &sharp, 4.0).unwrap();
+    let lines = detector.rays(0.7).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &sharp, 4.0).unwrap();
     let image = view.image(&wall, Shown::Change, 0..25).unwrap();
     let error = image.samples.iter().sum::<f64>() * 0.16 / exact - 1.0;
     assert!(error.abs() < 1e-4, "{error}");

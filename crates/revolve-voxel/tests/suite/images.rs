@@ -7,9 +7,8 @@ mod sectors;
 
 use nalgebra::{Point3, Vector3};
 use revolve_voxel::{
-    Assembly, BinValue, Body, DepthResponse, Image, Meridian, Organ, OrganShape, Organs,
-    ParallelDetector, PointRaster, Pose, Ray, RayPlane, RevolveError, Sector, Shown, View,
-    nalgebra,
+    Assembly, BinValue, Body, DepthResponse, Image, Lines, Meridian, Organ, OrganShape, Organs,
+    ParallelDetector, PointRaster, Pose, Ray, RevolveError, Sector, Shown, View, nalgebra,
 };
 
 /// A bulged solid with a flat base, of 300 segments.
@@ -215,7 +214,7 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     most / largest(b)
 }
 
-/// The ray of [`RayPlane::parallel`] at a position.
+/// The ray of a view at a position.
 fn parallel_ray(theta: f64, [u, v]: [f64; 2]) -> Ray {
     let (sin, cos) = theta.sin_cos();
     let origin = Point3::new(u * cos, u * sin, v);
@@ -231,11 +230,11 @@ fn sigma(t: f64) -> f64 {
 fn a_body_behind_a_collimator_agrees_with_the_definition() {
     let (body, organs, theta) = (heart(), none(), 0.8);
     let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
-    let plane = RayPlane::parallel(theta).unwrap();
+    let lines = detector.rays(theta).unwrap();
     let rays = |u: f64, v: f64| parallel_ray(theta, [u, v]);
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-6).unwrap();
     for value in [BinValue::Average, BinValue::Centre] {
-        let view = View::new(plane, &detector, value, &response, 2.0).unwrap();
+        let view = View::new(&lines, detector.pitch(), value, &response, 2.0).unwrap();
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[0.2, 1.0], Some(0.15))
             .unwrap();
@@ -261,14 +260,20 @@ fn the_error_falls_exponentially_with_the_density() {
     let detector = ParallelDetector::new(16, 16, [0.5, 0.5]).unwrap();
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-8).unwrap();
     for theta in [0.1, 1.3, 2.9, 4.0] {
-        let plane = RayPlane::parallel(theta).unwrap();
+        let lines = detector.rays(theta).unwrap();
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[0.2, 1.0], Some(0.16))
             .unwrap();
         for shown in [Shown::Change, Shown::Organs] {
             let image = |density: f64| {
-                let view =
-                    View::new(plane, &detector, BinValue::Average, &response, density).unwrap();
+                let view = View::new(
+                    &lines,
+                    detector.pitch(),
+                    BinValue::Average,
+                    &response,
+                    density,
+                )
+                .unwrap();
                 whole(&view.image(&assembly, shown, 0..16).unwrap(), &detector)
             };
             let exact = image(4.0);
@@ -287,10 +292,10 @@ fn the_error_falls_exponentially_with_the_density() {
 fn organs_are_replaced_and_attenuate() {
     let (body, organs, theta) = (heart(), chest(), 2.4);
     let detector = ParallelDetector::new(12, 11, [0.9, 0.9]).unwrap();
-    let plane = RayPlane::parallel(theta).unwrap();
+    let lines = detector.rays(theta).unwrap();
     let rays = |u: f64, v: f64| parallel_ray(theta, [u, v]);
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-6).unwrap();
-    let view = View::new(plane, &detector, BinValue::Average, &response, 2.0).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 2.0).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
@@ -350,8 +355,8 @@ fn sectors_add_their_activity() {
     let detector = ParallelDetector::new(9, 8, [0.8, 0.7]).unwrap();
     let rays = |u: f64, v: f64| Ray::new(Point3::new(u, 0.0, v), Vector3::y()).unwrap();
     let response = DepthResponse::constant(0.3).unwrap();
-    let plane = RayPlane::parallel(0.0).unwrap();
-    let view = View::new(plane, &detector, BinValue::Average, &response, 4.0).unwrap();
+    let lines = detector.rays(0.0).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 4.0).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
@@ -376,8 +381,8 @@ fn parts_are_bitwise_those_of_the_whole_for_any_number_of_threads() {
     let (body, organs) = (heart(), chest());
     let detector = ParallelDetector::new(16, 16, [0.5, 0.5]).unwrap();
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-3).unwrap();
-    let plane = RayPlane::parallel(1.0).unwrap();
-    let view = View::new(plane, &detector, BinValue::Average, &response, 1.0).unwrap();
+    let lines = detector.rays(1.0).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 1.0).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
@@ -398,19 +403,18 @@ fn parts_are_bitwise_those_of_the_whole_for_any_number_of_threads() {
 #[test]
 fn invalid_values_are_rejected() {
     let detector = ParallelDetector::new(4, 4, [0.5, 0.5]).unwrap();
-    let plane = RayPlane::parallel(0.0).unwrap();
-    assert!(RayPlane::parallel(f64::NAN).is_err());
+    let lines = detector.rays(0.0).unwrap();
     assert!(DepthResponse::constant(-1.0).is_err() && DepthResponse::constant(f64::NAN).is_err());
     assert!(DepthResponse::new(|_| 0.0, [0.0, 1.0], 1e-3).is_err());
     assert!(DepthResponse::new(|_| 1.0, [1.0, 1.0], 1e-3).is_err());
     assert!(DepthResponse::new(|_| 1.0, [0.0, 1.0], 0.0).is_err());
     let sharp = DepthResponse::constant(0.0).unwrap();
-    assert!(View::new(plane, &detector, BinValue::Centre, &sharp, 1.0).is_err());
+    assert!(View::new(&lines, detector.pitch(), BinValue::Centre, &sharp, 1.0).is_err());
     for density in [0.0, -1.0, 0.09, 1001.0, 1e300, f64::NAN] {
-        let view = View::new(plane, &detector, BinValue::Average, &sharp, density);
+        let view = View::new(&lines, detector.pitch(), BinValue::Average, &sharp, density);
         assert!(view.is_err(), "{density}");
     }
-    let view = View::new(plane, &detector, BinValue::Average, &sharp, 1.0).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &sharp, 1.0).unwrap();
     for rows in [3..5, 5..5, 0..usize::MAX, 0..1_000_000_000] {
         let image = view.image(&Assembly::new(&none()), Shown::Change, rows.clone());
         assert!(
@@ -418,12 +422,34 @@ fn invalid_values_are_rejected() {
             "{rows:?}"
         );
     }
-    let moving = PointRaster {
-        first: Point3::origin(),
-        bin_step: Vector3::x(),
-        row_step: Vector3::z(),
+    let raster = |y: f64, bin_step: Vector3<f64>, row_step: Vector3<f64>| PointRaster {
+        first: Point3::new(-1.0, y, -1.0),
+        bin_step,
+        row_step,
     };
-    assert!(RayPlane::diverging([moving, moving], [1.0; 2], [0.0; 2]).is_err());
+    let new = |lines: &Lines, pitch| View::new(lines, pitch, BinValue::Average, &sharp, 1.0);
+    let error = |lines: &Lines| new(lines, [1.0; 2]).unwrap_err();
+    let between = |from, to| Lines::between([4, 4], from, to).unwrap();
+    let far = raster(5.0, Vector3::x(), Vector3::z());
+    // The source moves along the bins, slower than the detector.
+    let moving = between(raster(0.0, 0.5 * Vector3::x(), Vector3::z()), far);
+    // No rows, or bins along the rays.
+    let line = between(
+        Point3::origin().into(),
+        raster(5.0, Vector3::x(), Vector3::zeros()),
+    );
+    let edge = between(
+        raster(-5.0, Vector3::zeros(), Vector3::z()),
+        raster(5.0, Vector3::y(), Vector3::z()),
+    );
+    for lines in [moving, line, edge] {
+        assert_eq!(error(&lines), RevolveError::NoDirection);
+    }
+    let list = Lines::each([1, 1], vec![parallel_ray(0.0, [0.0; 2])]).unwrap();
+    assert_eq!(error(&list), RevolveError::NotRaster);
+    for bad in [0.0, -1.0, f64::NAN] {
+        assert!(new(&lines, [0.5, bad]).is_err() && new(&lines, [bad, 0.5]).is_err());
+    }
     let (body, organs) = (heart(), none());
     let assembly = || Assembly::new(&organs);
     assert!(assembly().with_body(&body, &[1.0], None).is_err());
@@ -440,8 +466,15 @@ fn views_of_equal_parts_are_equal() {
     let wider = DepthResponse::new(|t| 2.0 * sigma(t), [-5.0, 5.0], 1e-6).unwrap();
     let view = |response, theta, density| {
         let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
-        let plane = RayPlane::parallel(theta).unwrap();
-        View::new(plane, &detector, BinValue::Average, response, density).unwrap()
+        let lines = detector.rays(theta).unwrap();
+        View::new(
+            &lines,
+            detector.pitch(),
+            BinValue::Average,
+            response,
+            density,
+        )
+        .unwrap()
     };
     let one = view(&response, 0.8, 2.0);
     let same = response.clone();

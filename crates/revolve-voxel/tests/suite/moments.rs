@@ -3,7 +3,7 @@
 use crate::support;
 
 use nalgebra::Vector3;
-use revolve_voxel::{Body, Pose, RevolveError, VoxelGrid, WeightedBody};
+use revolve_voxel::{Body, Pose, RevolveError, VoxelGrid};
 use std::f64::consts::FRAC_PI_4;
 use support::*;
 
@@ -62,28 +62,20 @@ fn mirror_images_equal_single_voxels() {
 }
 
 #[test]
-fn weighted_bodies_equal_the_sum_of_single_bodies() {
+fn several_bodies_equal_the_sum_of_single_bodies() {
     let bodies = [heart(60), heart(80), heart(100)];
     let grid = VoxelGrid::cube(40, 0.32).unwrap();
     let activities = [[0.0, 1.0], [0.4, 0.9], [1.0, 0.0]];
-    let moments: Vec<WeightedBody> = (bodies.iter().zip(&activities))
-        .zip([0.2, 0.5, 0.3])
-        .map(|((body, activity), weight)| WeightedBody {
-            body,
-            activity,
-            weight,
-        })
+    let moments: Vec<(&Body, &[f64])> = (bodies.iter().zip(&activities))
+        .map(|(body, activity)| (body, &activity[..]))
         .collect();
     for tolerance in [TOLERANCE, 0.1] {
         let mut sum = vec![1.0f64; grid.len()];
-        let together =
-            WeightedBody::voxelize_add(&moments, &grid, 0..40, tolerance, &mut sum).unwrap();
+        let together = Body::voxelize_add(&moments, &grid, 0..40, tolerance, &mut sum).unwrap();
         let (mut one_by_one, mut counters) = (vec![1.0f64; grid.len()], vec![]);
         for m in &moments {
-            counters.push(
-                WeightedBody::voxelize_add(&[*m], &grid, 0..40, tolerance, &mut one_by_one)
-                    .unwrap(),
-            );
+            counters
+                .push(Body::voxelize_add(&[*m], &grid, 0..40, tolerance, &mut one_by_one).unwrap());
         }
         for (a, b) in sum.iter().zip(&one_by_one) {
             assert!((a - b).abs() < 1e-14);
@@ -100,17 +92,14 @@ fn weighted_bodies_equal_the_sum_of_single_bodies() {
 #[test]
 fn mirrored_volumes_are_bitwise_independent_of_slabs_and_threads() {
     let (body, grid) = &mirrored()[0];
-    let moments = [0.25, 0.5].map(|weight| WeightedBody {
-        body,
-        activity: &[0.2, 1.0],
-        weight,
-    });
+    let moments = [(body, &[0.05, 0.25][..]), (body, &[0.1, 0.5])];
     let run = |threads: usize, slices: std::ops::Range<usize>| {
         let mut out = vec![0.0f32; grid.slice_len() * slices.len()];
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
-        let counters = pool.build().unwrap().install(|| {
-            WeightedBody::voxelize_add(&moments, grid, slices, TOLERANCE, &mut out).unwrap()
-        });
+        let counters = pool
+            .build()
+            .unwrap()
+            .install(|| Body::voxelize_add(&moments, grid, slices, TOLERANCE, &mut out).unwrap());
         (out, counters)
     };
     let whole = run(1, 0..44);
@@ -124,52 +113,34 @@ fn mirrored_volumes_are_bitwise_independent_of_slabs_and_threads() {
 }
 
 #[test]
-fn bad_weighted_bodies_are_rejected() {
+fn bad_activities_are_rejected() {
     let body = heart(40);
     let grid = VoxelGrid::cube(4, 1.0).unwrap();
     let mut out = vec![0.0f32; 64];
-    let mut add = |activity: &[f64], weight, slices| {
-        let moment = WeightedBody {
-            body: &body,
-            activity,
-            weight,
-        };
-        WeightedBody::voxelize_add(&[moment], &grid, slices, TOLERANCE, &mut out)
+    let mut add = |activity: &[f64], slices| {
+        Body::voxelize_add(&[(&body, activity)], &grid, slices, TOLERANCE, &mut out)
     };
     assert!(matches!(
-        add(&[1.0], 1.0, 0..4),
+        add(&[1.0], 0..4),
         Err(RevolveError::WrongLength { .. })
     ));
     assert!(matches!(
-        add(&[1.0, f64::NAN], 1.0, 0..4),
+        add(&[1.0, f64::NAN], 0..4),
         Err(RevolveError::NotFinite { .. })
     ));
     assert!(matches!(
-        add(&[1.0, 1.0], f64::INFINITY, 0..4),
+        add(&[f64::INFINITY, 1.0], 0..4),
         Err(RevolveError::NotFinite { .. })
     ));
     for slices in [0..3, 2..6] {
         assert!(matches!(
-            add(&[1.0, 1.0], 1.0, slices),
+            add(&[1.0, 1.0], slices),
             Err(RevolveError::WrongLength { .. } | RevolveError::BadRange { .. })
         ));
     }
     assert!(out.iter().all(|v| *v == 0.0));
     assert_eq!(
-        WeightedBody::voxelize_add(&[], &grid, 0..4, TOLERANCE, &mut out),
+        Body::voxelize_add(&[], &grid, 0..4, TOLERANCE, &mut out),
         Ok(revolve_voxel::VoxelCounters::default())
     );
-}
-
-#[test]
-fn weighted_bodies_of_equal_parts_are_equal() {
-    let (body, same, other) = (heart(60), heart(60), heart(80));
-    let weighted = |body, weight| WeightedBody {
-        body,
-        activity: &[0.0, 1.0],
-        weight,
-    };
-    assert_eq!(weighted(&body, 0.5), weighted(&same, 0.5));
-    assert_ne!(weighted(&body, 0.5), weighted(&other, 0.5));
-    assert_ne!(weighted(&body, 0.5), weighted(&body, 0.6));
 }

@@ -1,5 +1,6 @@
 //! Surroundings of a wall, and the nearest material.
 
+use revolve_voxel::nalgebra::Point3;
 use revolve_voxel::{Curve, Pose, RevolveError, Shell, VoxelGrid};
 
 /// Half-circles about the origin from the plane x = 0 to the axis, of radius 1 and 2: half a hollow ball, open at its base.
@@ -21,12 +22,12 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
     // Above, below and in the half-ball, and beyond its base.
     let grid = VoxelGrid::new([29, 17, 1], [0.21, 0.205, 1.0], [-2.48, 0.003, 0.0]).unwrap();
     let all = bowl
-        .map_voxels_around(&Pose::identity(), &grid, 0..1, 10.0, |p, nearest| {
-            (*p, *nearest)
+        .map_voxels(&Pose::identity(), &grid, 0..1, 10.0, |p, material, off| {
+            (*p, material, off)
         })
         .unwrap();
     assert_eq!(all.len(), grid.len());
-    for (_, (p, nearest)) in all {
+    for (_, (p, [layer, s], found)) in all {
         let p = [p.x, p.y];
         let radius = p[0].hypot(p[1]);
         let (distance, place) = match p[0] >= 0.0 {
@@ -39,11 +40,7 @@ fn the_nearest_material_is_straight_up_or_down_or_on_the_base() {
             }
         };
         // Chords of a 2000th of the quarter, divided into 128 or more pieces: an eighth of their square.
-        assert!(
-            (nearest.distance - distance).abs() < 1e-4,
-            "{p:?} {nearest:?} {distance}"
-        );
-        let [layer, s] = nearest.material;
+        assert!((found - distance).abs() < 1e-4, "{p:?} {found} {distance}");
         let found = bowl.point(layer, s);
         let off = (found[0] - place[0]).hypot(found[1] - place[1]);
         // At the centre all points of the inner surface have the same distance.
@@ -63,10 +60,12 @@ fn all_voxels_within_reach_are_included_and_those_of_the_wall_unchanged() {
         .unwrap();
     let reach = 0.6;
     let around = bowl
-        .map_voxels_around(&pose, &grid, 0..20, reach, |p, nearest| (*p, *nearest))
+        .map_voxels(&pose, &grid, 0..20, reach, |p, material, off| {
+            (*p, material, off)
+        })
         .unwrap();
     let all = bowl
-        .map_voxels_around(&pose, &grid, 0..20, 100.0, |_, nearest| nearest.distance)
+        .map_voxels(&pose, &grid, 0..20, 100.0, |_, _, distance| distance)
         .unwrap();
     assert_eq!(all.len(), grid.len());
     let expected: Vec<usize> = (all.iter())
@@ -77,12 +76,14 @@ fn all_voxels_within_reach_are_included_and_those_of_the_wall_unchanged() {
     let numbers: Vec<usize> = around.iter().map(|(k, _)| *k).collect();
     assert_eq!(numbers, expected);
     let own: Vec<_> = (around.iter())
-        .filter(|(_, (_, nearest))| nearest.distance == 0.0)
-        .map(|(k, (p, nearest))| (*k, (*p, nearest.material)))
+        .filter(|(_, (.., distance))| *distance == 0.0)
+        .copied()
         .collect();
     assert!(
         own == bowl
-            .map_voxels(&pose, &grid, 0..20, |p, found| (*p, found))
+            .map_voxels(&pose, &grid, 0..20, 0.0, |p, material, off| (
+                *p, material, off
+            ))
             .unwrap()
     );
     // A part of the whole, for any number of threads.
@@ -90,15 +91,16 @@ fn all_voxels_within_reach_are_included_and_those_of_the_wall_unchanged() {
         .num_threads(1)
         .build()
         .unwrap();
-    let some = || bowl.map_voxels_around(&pose, &grid, 7..12, reach, |p, nearest| (*p, *nearest));
+    let of = |p: &Point3<f64>, material, off| (*p, material, off);
+    let some = || bowl.map_voxels(&pose, &grid, 7..12, reach, of);
     let (from, to) = (7 * 24 * 22, 12 * 24 * 22);
     let part: Vec<_> = (around.iter())
         .filter(|(k, _)| (from..to).contains(k))
         .map(|(k, of)| (k - from, *of))
         .collect();
     assert!(pool.install(some).unwrap() == part);
-    let refused = bowl.map_voxels_around(&pose, &grid, 0..20, -0.1, |_, _| ());
+    let refused = bowl.map_voxels(&pose, &grid, 0..20, -0.1, |_, _, _| ());
     assert!(matches!(refused, Err(RevolveError::Negative { .. })));
-    let refused = bowl.map_voxels_around(&pose, &grid, 0..20, f64::NAN, |_, _| ());
+    let refused = bowl.map_voxels(&pose, &grid, 0..20, f64::NAN, |_, _, _| ());
     assert!(matches!(refused, Err(RevolveError::NotFinite { .. })));
 }

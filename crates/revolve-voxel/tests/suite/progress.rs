@@ -35,7 +35,7 @@ fn the_units_of_an_operation_are_its_whole() {
             let line = |r: f64| Curve::polyline(&[0.0, 1.0], &[[0.0, r], [3.0, r]]).unwrap();
             let wall = Shell::new(line(1.0), line(2.0), [0.0, 1.0]).unwrap();
             let map = progress(|| {
-                let found = wall.map_voxels(&Pose::identity(), &grid, 1..n - 1, |_, _| ());
+                let found = wall.map_voxels(&Pose::identity(), &grid, 1..n - 1, 0.0, |_, _, _| ());
                 drop(found.unwrap());
             });
             for done in [voxels, sweep, map] {

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use revolve_voxel::{
     Assembly, BinValue, Body, Curve, DepthResponse, Meridian, Organs, ParallelDetector, Pose, Ray,
-    RayPlane, Sector, Shell, Shown, View, VoxelGrid, WallTwist, nalgebra,
+    Sector, Shell, Shown, View, VoxelGrid, WallTwist, nalgebra,
 };
 use std::sync::Arc;
 
@@ -108,16 +108,15 @@ fn images_and_their_work_do_not_depend_on_the_unit() {
             let organs = Organs::new(Vec::new()).unwrap();
             let detector = ParallelDetector::new(9, 8, [0.4 * unit, 0.5 * unit]).unwrap();
             let response = DepthResponse::constant(sigma * unit).unwrap();
-            let plane = RayPlane::parallel(0.4).unwrap();
-            let view = View::new(plane, &detector, value, &response, 1.0).unwrap();
+            let lines = detector.rays(0.4).unwrap();
+            let view = View::new(&lines, detector.pitch(), value, &response, 1.0).unwrap();
             let assembly = Assembly::new(&organs)
                 .with_body(&body, &[1.0], Some(0.15 / unit))
                 .unwrap();
             let image = view.image(&assembly, Shown::Change, 0..8).unwrap();
             let samples: Vec<f64> = image.samples.iter().map(|v| v / unit).collect();
-            let bytes = View::weight_bytes(&detector, value, &response);
-            let rows = View::most_heights(&detector, value, &response, 1.0);
-            (samples, image.rays, bytes, rows)
+            let bytes = View::bytes(&detector, value, &response, 1.0);
+            (samples, image.rays, bytes)
         };
         let [one, others @ ..] = UNITS.map(of);
         for other in others {

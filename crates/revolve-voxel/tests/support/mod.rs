@@ -5,9 +5,7 @@ pub(crate) mod brute;
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, Vector3};
 use proptest::prelude::*;
-use revolve_voxel::{
-    Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid, WeightedBody,
-};
+use revolve_voxel::{Body, Meridian, Pose, RevolveError, Sample, VoxelCounters, VoxelGrid};
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -232,13 +230,7 @@ pub(crate) fn voxelize_add<T: Sample>(
     activity: &[f64],
     out: &mut [T],
 ) -> Result<VoxelCounters, RevolveError> {
-    let weight = 1.0;
-    let body = WeightedBody {
-        body,
-        activity,
-        weight,
-    };
-    WeightedBody::voxelize_add(&[body], grid, slices, tolerance, out)
+    Body::voxelize_add(&[(body, activity)], grid, slices, tolerance, out)
 }
 
 pub(crate) fn solid(points: &[[f64; 2]]) -> Body {

@@ -28,9 +28,7 @@ fn meridians() -> Vec<Meridian> {
             Meridian::from_full_curve(empty),
         ] {
             let given = empty.len();
-            assert!(
-                matches!(refused, Err(RevolveError::TooFewPoints { given: n, .. }) if n == given)
-            );
+            assert!(matches!(refused, Err(RevolveError::TooFew { given: n, .. }) if n == given));
         }
     }
     let nothing = Piece::Power {
@@ -39,9 +37,7 @@ fn meridians() -> Vec<Meridian> {
     };
     for (points, pieces) in [(0, &[][..]), (1, &[nothing])] {
         let refused = Meridian::smooth(pieces, 0.1);
-        assert!(
-            matches!(refused, Err(RevolveError::TooFewPoints { given, .. }) if given == points)
-        );
+        assert!(matches!(refused, Err(RevolveError::TooFew { given, .. }) if given == points));
     }
     found
 }

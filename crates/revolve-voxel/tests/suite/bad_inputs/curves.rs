@@ -23,7 +23,7 @@ fn smooth_pieces() {
     };
     assert!(matches!(
         Meridian::smooth(&[], 1e-3),
-        Err(RevolveError::TooFewPoints { .. })
+        Err(RevolveError::TooFew { .. })
     ));
     assert!(matches!(
         Meridian::smooth(&[line(0.0, 1.0)], 0.0),

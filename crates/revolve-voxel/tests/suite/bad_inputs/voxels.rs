@@ -53,7 +53,7 @@ fn slices_out_of_order_and_samples_of_nan() {
         assert!(refused(regions.err()));
         let map = torso.voxelize::<f64>(&grid, slices.clone(), |organ| organ.activity);
         assert!(refused(map.err()));
-        let voxels = shell.map_voxels(&pose, &grid, slices, |_, _| ());
+        let voxels = shell.map_voxels(&pose, &grid, slices, 0.0, |_, _, _| ());
         assert!(refused(voxels.err()));
     }
     // An empty request for a grid of 2^56 voxels per slice needs no memory.

@@ -5,8 +5,15 @@ use super::*;
 /// An image at a density of nodes, with its samples as those of the whole detector.
 fn seen(body: &Body, detector: &ParallelDetector, sigma: f64, density: f64) -> (Vec<f64>, Image) {
     let (organs, response) = (none(), DepthResponse::constant(sigma).unwrap());
-    let plane = RayPlane::parallel(0.8).unwrap();
-    let view = View::new(plane, detector, BinValue::Average, &response, density).unwrap();
+    let lines = detector.rays(0.8).unwrap();
+    let view = View::new(
+        &lines,
+        detector.pitch(),
+        BinValue::Average,
+        &response,
+        density,
+    )
+    .unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(body, &[0.2, 1.0], None)
         .unwrap();
@@ -69,10 +76,11 @@ fn values_at_the_centres_of_wide_bins_need_rays_near_these() {
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
     let response = DepthResponse::constant(sigma).unwrap();
-    let plane = RayPlane::parallel(0.8).unwrap();
     let image = |n: usize, pitch: f64| {
         let detector = ParallelDetector::new(n, n, [pitch; 2]).unwrap();
-        let view = View::new(plane, &detector, BinValue::Centre, &response, 3.0).unwrap();
+        let lines = detector.rays(0.8).unwrap();
+        let value = BinValue::Centre;
+        let view = View::new(&lines, detector.pitch(), value, &response, 3.0).unwrap();
         let image = view.image(&assembly, Shown::Change, 0..n).unwrap();
         (whole(&image, &detector), image.rays.cast)
     };

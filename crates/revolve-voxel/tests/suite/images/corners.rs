@@ -13,10 +13,8 @@ fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
     let layer = Meridian::new(&(0..=24).map(point).collect::<Vec<_>>()).unwrap();
     let body = Body::new(vec![layer], Pose::identity()).unwrap();
     let (organs, sigma) = (none(), 0.1);
-    let (plane, detector) = (
-        RayPlane::parallel(0.1).unwrap(),
-        ParallelDetector::new(45, 1, [0.31, 0.2]).unwrap(),
-    );
+    let detector = ParallelDetector::new(45, 1, [0.31, 0.2]).unwrap();
+    let lines = detector.rays(0.1).unwrap();
     let exact = Definition {
         ray: &|u, v| parallel_ray(0.1, [u, v]),
         on_ray: &|ray| {
@@ -33,7 +31,14 @@ fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
     .samples(&detector, [[-7.2, 7.2], [-0.54, 0.54]], [0.012, 10.0]);
     let response = DepthResponse::constant(sigma).unwrap();
     let errors = [2.0, 2.8, 4.0].map(|density| {
-        let view = View::new(plane, &detector, BinValue::Centre, &response, density).unwrap();
+        let view = View::new(
+            &lines,
+            detector.pitch(),
+            BinValue::Centre,
+            &response,
+            density,
+        )
+        .unwrap();
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[1.0], None)
             .unwrap();
@@ -59,11 +64,18 @@ fn the_error_of_corners_follows_its_formula() {
     };
     let turn = |n: f64| (std::f64::consts::PI / n).sin();
     let body = Body::new(vec![polygon(1.0, 40), polygon(5.0, 16)], Pose::identity()).unwrap();
-    let plane = RayPlane::parallel(0.0).unwrap();
     let stated = |sigma: f64, pitch: f64, density: f64| {
         let response = DepthResponse::constant(sigma).unwrap();
         let detector = ParallelDetector::new(4, 4, [pitch, 0.5 * pitch]).unwrap();
-        let view = View::new(plane, &detector, BinValue::Average, &response, density).unwrap();
+        let lines = detector.rays(0.0).unwrap();
+        let view = View::new(
+            &lines,
+            detector.pitch(),
+            BinValue::Average,
+            &response,
+            density,
+        )
+        .unwrap();
         view.corner_error(&body, &[0.5, 2.0]).unwrap()
     };
     let side = 2.0 * (std::f64::consts::PI / 80.0).sin();
@@ -83,7 +95,8 @@ fn the_error_of_corners_follows_its_formula() {
     assert!(stated(0.4, 1.0, 5.0) < 0.2 * stated(0.4, 1.0, 4.0));
     let response = DepthResponse::constant(0.4).unwrap();
     let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
-    let view = View::new(plane, &detector, BinValue::Average, &response, 2.0).unwrap();
+    let lines = detector.rays(0.0).unwrap();
+    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 2.0).unwrap();
     assert!(matches!(
         view.corner_error(&body, &[1.0]),
         Err(RevolveError::WrongLength { .. })
@@ -120,11 +133,11 @@ fn the_difference_of_two_densities_and_the_corners_bound_the_error() {
         let sigma = uniform(0.1, 0.6);
         let pitch = [0, 1].map(|_| sigma * uniform(0.5, 4.5));
         let detector = ParallelDetector::new(12, 10, pitch).unwrap();
-        let plane = RayPlane::parallel(uniform(0.0, 6.0)).unwrap();
+        let lines = detector.rays(uniform(0.0, 6.0)).unwrap();
         let response = DepthResponse::constant(sigma).unwrap();
         let value = [BinValue::Average, BinValue::Centre][k / 2 % 2];
         let image = |density: f64| {
-            let view = View::new(plane, &detector, value, &response, density).unwrap();
+            let view = View::new(&lines, detector.pitch(), value, &response, density).unwrap();
             let assembly = Assembly::new(&organs)
                 .with_body(&body, &[0.0, 1.0], None)
                 .unwrap();

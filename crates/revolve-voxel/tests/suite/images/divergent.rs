@@ -20,7 +20,7 @@ fn fans_and_cones_are_averaged_over_bins() {
                 row_step: Vector3::new(-tilt, 0.0, 0.9),
             },
         ];
-        let plane = RayPlane::diverging(ends, [1.0, 0.9], [6.5, 5.5]).unwrap();
+        let lines = Lines::between([14, 12], ends[0], ends[1]).unwrap();
         let rays = |u: f64, v: f64| {
             let (bin, row) = (u / 1.0 + 6.5, v / 0.9 + 5.5);
             let [from, to] =
@@ -29,7 +29,14 @@ fn fans_and_cones_are_averaged_over_bins() {
         };
         for (sigma, tolerance, density) in [(0.4, 3e-3, 2.0), (0.0, 3e-3, 4.0)] {
             let response = DepthResponse::constant(sigma).unwrap();
-            let view = View::new(plane, &detector, BinValue::Average, &response, density).unwrap();
+            let view = View::new(
+                &lines,
+                detector.pitch(),
+                BinValue::Average,
+                &response,
+                density,
+            )
+            .unwrap();
             let assembly = Assembly::new(&organs)
                 .with_body(&body, &[0.2, 1.0], None)
                 .unwrap();
@@ -86,13 +93,13 @@ fn fans_and_cones_are_averaged_over_bins() {
 fn narrow_responses_and_none_agree_in_the_limit() {
     let (body, organs) = (heart(), none());
     let detector = ParallelDetector::new(20, 20, [0.35, 0.35]).unwrap();
-    let plane = RayPlane::parallel(0.4).unwrap();
+    let lines = detector.rays(0.4).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
     let image = |sigma: f64| {
         let response = DepthResponse::constant(sigma).unwrap();
-        let view = View::new(plane, &detector, BinValue::Average, &response, 3.0).unwrap();
+        let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 3.0).unwrap();
         whole(
             &view.image(&assembly, Shown::Change, 0..20).unwrap(),
             &detector,

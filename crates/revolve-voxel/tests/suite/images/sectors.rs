@@ -39,8 +39,15 @@ fn seen(
     density: f64,
 ) -> (Vec<f64>, u64) {
     let (organs, body, response) = (none(), tube(), DepthResponse::constant(sigma).unwrap());
-    let plane = RayPlane::parallel(0.3).unwrap();
-    let view = View::new(plane, detector, BinValue::Average, &response, density).unwrap();
+    let lines = detector.rays(0.3).unwrap();
+    let view = View::new(
+        &lines,
+        detector.pitch(),
+        BinValue::Average,
+        &response,
+        density,
+    )
+    .unwrap();
     let sectors = sector.map(|sector| (sector.clone(), 1.0));
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.0; 2], None)

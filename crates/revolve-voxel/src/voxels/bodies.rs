@@ -1,27 +1,15 @@
-//! Weighted sums of bodies on a grid, such as a moving body at several times. Each block of voxels is visited once for all bodies,
-//! and mirror images are copied.
+//! Sums of bodies on a grid, such as a moving body at several times. Each block of voxels is visited once for all bodies, and mirror images are copied.
 
 use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::{finite, length, zeros};
+use crate::error::{length, zeros};
 use crate::voxels::block::{BLOCK, Block};
 use crate::voxels::coverage::{Painter, check};
 use crate::voxels::field::Field;
 use crate::voxels::mirror::Mirror;
 use crate::{Body, RevolveError, Sample, VoxelCounters, VoxelGrid};
-
-/// A body with a weight, such as the fraction of time in one position.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WeightedBody<'a> {
-    /// The body.
-    pub body: &'a Body,
-    /// Activities of its regions.
-    pub activity: &'a [f64],
-    /// The weight.
-    pub weight: f64,
-}
 
 impl Body {
     /// Returns the activity of every voxel, `[z][y][x]`, x fastest: the average over the voxel, with the covered fraction of each layer to
@@ -38,37 +26,29 @@ impl Body {
         activity: &[f64],
     ) -> Result<(Vec<T>, VoxelCounters), RevolveError> {
         let mut out = zeros("voxels", grid.len())?;
-        let body = WeightedBody {
-            body: self,
-            activity,
-            weight: 1.0,
-        };
-        let slices = 0..grid.shape()[2];
-        let counters = WeightedBody::voxelize_add(&[body], grid, slices, tolerance, &mut out)?;
+        let (body, slices) = ((self, activity), 0..grid.shape()[2]);
+        let counters = Self::voxelize_add(&[body], grid, slices, tolerance, &mut out)?;
         Ok((out, counters))
     }
-}
 
-impl WeightedBody<'_> {
-    /// Adds the weighted activities of all bodies to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices
-    /// only).
+    /// Adds the activities of bodies, one for each region, to the voxels of some slices of a grid (`out`: `[z][y][x]`, those slices only). In an
+    /// average over time the activities are those of the body times the fraction of the time.
     ///
     /// Slabs of a volume are bitwise identical to those of the whole. Cost: that of every surface, with one pass over the volume.
     /// If a plane that exchanges two axes of the grid contains the axes of all bodies, coverage is computed on one side and copied
     /// to the other.
     ///
     /// ```
-    /// use revolve_voxel::{Body, Meridian, WeightedBody, Pose, VoxelGrid};
+    /// use revolve_voxel::{Body, Meridian, Pose, VoxelGrid};
     /// let ball = |r: f64| -> Result<Body, revolve_voxel::RevolveError> {
     ///     let cones = Meridian::new(&[[-r, 0.0], [0.0, r], [r, 0.0]])?;
     ///     Body::new(vec![cones], Pose::axis_along_z(0.0)?)
     /// };
     /// let (small, large) = (ball(1.0)?, ball(2.0)?);
-    /// let weighted = |body, weight| WeightedBody { body, activity: &[1.0], weight };
     /// let grid = VoxelGrid::cube(32, 0.15)?;
     /// let mut mean = vec![0.0f64; grid.len()];
-    /// let bodies = [weighted(&small, 0.25), weighted(&large, 0.75)];
-    /// let counters = WeightedBody::voxelize_add(&bodies, &grid, 0..32, 1e-3, &mut mean)?;
+    /// let bodies = [(&small, &[0.25][..]), (&large, &[0.75])];
+    /// let counters = Body::voxelize_add(&bodies, &grid, 0..32, 1e-3, &mut mean)?;
     /// let volume = |body: &Body| body.layers()[0].mass_properties().volume;
     /// let exact = 0.25 * volume(&small) + 0.75 * volume(&large);
     /// assert!((mean.iter().sum::<f64>() * grid.voxel_volume() / exact - 1.0).abs() < 1e-3);
@@ -81,18 +61,17 @@ impl WeightedBody<'_> {
     /// grid; [`RevolveError::NotFinite`];
     /// [`RevolveError::NotPositive`], [`RevolveError::OutOfRange`].
     pub fn voxelize_add<T: Sample>(
-        bodies: &[WeightedBody<'_>],
+        bodies: &[(&Body, &[f64])],
         grid: &VoxelGrid,
         slices: Range<usize>,
         tolerance: f64,
         out: &mut [T],
     ) -> Result<VoxelCounters, RevolveError> {
         let mut layers = Vec::new();
-        for weighted in bodies {
-            let weights = weighted.body.weights(weighted.activity)?;
-            finite("weight", weighted.weight)?;
-            let used = weights.into_iter().enumerate().filter(|(_, w)| *w != 0.0);
-            layers.extend(used.map(|(k, w)| (weighted.body, k, weighted.weight * w)));
+        for &(body, activity) in bodies {
+            let weights = body.weights(activity)?.into_iter().enumerate();
+            let used = weights.filter(|(_, weight)| *weight != 0.0);
+            layers.extend(used.map(|(k, weight)| (body, k, weight)));
         }
         check(grid, &slices, tolerance)?;
         length("volume", grid.slice_len() * slices.len(), out.len())?;
