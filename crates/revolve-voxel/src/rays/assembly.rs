@@ -330,10 +330,8 @@ impl Assembly<'_> {
         if self.surroundings().any(is_endless) {
             rays.check_across()?;
         }
-        let bounds = match (shown, self.body()) {
-            (Shown::Change, Some(body)) => Some((body.pose(), body.bounds())),
-            _ => None,
-        };
+        let body = self.body().filter(|_| shown == Shown::Change);
+        let bounds = body.map(|body| (body.pose(), body.bounds()));
         let cast = |(finder, found): &mut (Finder, Vec<Emission>), ray: &Ray, slabs: &mut [f64]| {
             if let Some((pose, bounds)) = bounds {
                 BodyLine::new(pose, ray).within(bounds)?;
@@ -343,7 +341,7 @@ impl Assembly<'_> {
             (found.iter()).for_each(|own| add_to_slabs(rays.planes(), own, slabs));
             Some(!stretches.is_empty())
         };
-        Ok(rays.add_each(weight, out, cast))
+        Ok(rays.add_each(body.map(Body::ball), weight, out, cast))
     }
 }
 

@@ -255,9 +255,10 @@ impl Lines {
     }
 
     /// Adds `weight` times the integrals along each ray, which `cast` adds to those of its slabs. `cast` returns whether the ray meets any content;
-    /// `None` for a ray that needs no search.
+    /// `None` for a ray that needs no search. Parallel rays that miss `ball`, if it is given, are not cast.
     pub(crate) fn add_each<T: Sample, S: Default>(
         &self,
+        ball: Option<(Point3<f64>, f64)>,
         weight: f64,
         out: &mut [T],
         cast: impl Fn(&mut S, &Ray, &mut [f64]) -> Option<bool> + Sync,
@@ -268,7 +269,9 @@ impl Lines {
         let counters = rows.map_init(scratch, |(scratch, slabs), (row, image)| {
             simd_set::checkpoint();
             let mut counters = RayCounters::default();
-            for bin in 0..n_bins {
+            let near = ball.map_or(0..n_bins, |ball| self.bins_near(ball, row));
+            counters.skipped += (n_bins - near.len()) as u64;
+            for bin in near {
                 slabs.fill(0.0);
                 let Some(hit) = cast(scratch, &self.line(bin, row), slabs) else {
                     counters.skipped += 1;
@@ -283,6 +286,22 @@ impl Lines {
             counters
         });
         counters.reduce(RayCounters::default, |a, b| a + b)
+    }
+
+    /// Returns the bins of a row whose lines may intersect a ball; all of them unless lines are parallel.
+    fn bins_near(&self, (centre, radius): (Point3<f64>, f64), row: usize) -> Range<usize> {
+        let [n_bins, _] = self.size;
+        let Kind::Parallel(raster, d) = &self.kind else {
+            return 0..n_bins;
+        };
+        // Larger by more than the rounding of positions.
+        let radius = radius + 1e-12 * self.farthest;
+        let across = |v: Vector3<f64>| v - d * v.dot(d);
+        let from = across(raster.at(0, self.first_row + row) - centre);
+        let step = across(raster.bin_step);
+        let c = from.norm_squared() - radius * radius;
+        let within = not_positive([step.norm_squared(), from.dot(&step), c]);
+        within.map_or(0..0, |ends| indices(ends, n_bins))
     }
 
     /// Adds the integrals along all rays, with a weight per layer of the body.
@@ -308,4 +327,19 @@ impl Lines {
             Kind::Each(_) => self.project_each(None, pose, &layers, out),
         }
     }
+}
+
+/// Returns the range of t in which `a t^2 + 2 b t + c`, with a >= 0, is not positive.
+pub(crate) fn not_positive([a, b, c]: [f64; 3]) -> Option<[f64; 2]> {
+    if a == 0.0 {
+        return (c <= 0.0).then_some([f64::NEG_INFINITY, f64::INFINITY]);
+    }
+    let square = b * b - a * c;
+    (square >= 0.0).then(|| [(-b - square.sqrt()) / a, (-b + square.sqrt()) / a])
+}
+
+/// Returns the indices below `n` in a range, and one more on either side, for rounding.
+pub(crate) fn indices([low, high]: [f64; 2], n: usize) -> Range<usize> {
+    let first = (low - 1.0).max(0.0) as usize;
+    first..((high + 2.0).max(0.0) as usize).min(n).max(first)
 }

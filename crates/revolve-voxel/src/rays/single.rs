@@ -20,7 +20,7 @@ impl Body {
     }
 
     fn chord_in(&self, layer: &Meridian, ray: &Ray) -> f64 {
-        let (mut sum, mut hints) = (0.0, Vec::new());
+        let (mut sum, mut hints) = (0.0, vec![Hint::default(); layer.chains().len()]);
         self.intervals(layer, ray, &mut hints, |sign, [low, high]| {
             sum += sign * (high - low);
         });
@@ -59,6 +59,7 @@ impl Body {
     ) {
         let Search { hints, ends } = search;
         ends.clear();
+        hints.resize(layer.chains().len(), Hint::default());
         self.intervals(layer, ray, hints, |sign, [low, high]| {
             ends.extend([(low, sign), (high, -sign)]);
         });
@@ -90,10 +91,9 @@ impl Body {
         &self,
         meridian: &Meridian,
         ray: &Ray,
-        hints: &mut Vec<Hint>,
+        hints: &mut [Hint],
         mut each: impl FnMut(f64, [f64; 2]),
     ) {
-        hints.resize(meridian.chains().len(), Hint::default());
         let farthest = self.pose().farthest(ray.origin().coords.amax());
         let d = self.pose().vector_to_body(&ray.direction());
         let direction = Direction::new(meridian, farthest, &d);

@@ -180,6 +180,15 @@ impl Body {
             })
     }
 
+    /// Returns centre and radius of a ball in the lab that contains all layers, larger than any rounding error.
+    pub(crate) fn ball(&self) -> (Point3<f64>, f64) {
+        let [low, high, _, radius] = self.bounds();
+        let centre = self.pose.to_lab(&Point3::new(0.5 * (low + high), 0.0, 0.0));
+        let reach = (0.5 * (high - low)).hypot(radius);
+        let size = self.pose.farthest(low.abs().max(high.abs()));
+        (centre, reach + 1e-12 * (reach + size))
+    }
+
     /// Returns the signed distance of a lab point from the surface of a layer: negative inside.
     ///
     /// # Errors

@@ -2,10 +2,11 @@
 
 use std::ops::Range;
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
 use crate::error::finite;
+use crate::rays::lines::{indices, not_positive};
 use crate::solid::segment::on_chord;
 use crate::voxels::coverage::check_range;
 use crate::wall::cells::{Cells, Line};
@@ -167,8 +168,8 @@ fn within(
     iz: usize,
 ) -> Range<usize> {
     let nx = grid.shape()[0];
-    let from = pose.to_body(&grid.centre(0, iy, iz));
-    let step = pose.vector_to_body(&nalgebra::Vector3::x()) * grid.spacing()[0];
+    let from = pose.to_body(&grid.centre(0, iy, iz)).coords;
+    let step = pose.vector_to_body(&Vector3::x()) * grid.spacing()[0];
     let (mut low, mut high) = (0.0f64, nx as f64);
     if step.x != 0.0 {
         let ends = x.map(|x| (x - from.x) / step.x);
@@ -177,21 +178,10 @@ fn within(
     } else if from.x < x[0] || from.x > x[1] {
         return 0..0;
     }
-    let a = step.y * step.y + step.z * step.z;
-    let b = from.y * step.y + from.z * step.z;
-    let c = from.y * from.y + from.z * from.z - radius * radius;
-    if a > 0.0 {
-        let discriminant = b * b - a * c;
-        if discriminant < 0.0 {
-            return 0..0;
-        }
-        let root = discriminant.sqrt();
-        low = low.max((-b - root) / a);
-        high = high.min((-b + root) / a);
-    } else if c > 0.0 {
-        return 0..0;
+    let product = |u: &Vector3<f64>, v: &Vector3<f64>| u.y * v.y + u.z * v.z;
+    let c = product(&from, &from) - radius * radius;
+    match not_positive([product(&step, &step), product(&from, &step), c]) {
+        None => 0..0,
+        Some([start, end]) => indices([low.max(start), high.min(end)], nx),
     }
-    // One more on either side, for rounding.
-    let first = (low - 1.0).max(0.0) as usize;
-    first..((high + 2.0).max(0.0) as usize).min(nx).max(first)
 }

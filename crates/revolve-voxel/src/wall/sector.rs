@@ -314,7 +314,7 @@ impl Sector {
             })?;
             Some(hit)
         };
-        Ok(rays.add_each(activity, out, cast))
+        Ok(rays.add_each(Some(self.ring.ball()), activity, out, cast))
     }
 
     /// A wedge that contains the sector.
