@@ -1,10 +1,10 @@
 //! Samples by their definition: depth by depth, the line integrals of a dense lattice of rays, weighted by the exact average over the bin of the
-//! Gaussian of that depth, and averaged over phases.
+//! Gaussian of that depth, or by its value at the centre, and averaged over phases.
 
 use heart_phantom::revolve_voxel::{
     Assembly, Lines, Organ, OrganShape, Organs, ParallelDetector, Shown,
 };
-use heart_phantom::scene::{self, Mode, Scene};
+use heart_phantom::scene::{self, BinSample, Mode, Scene};
 use heart_phantom::{Chest, Defect, HeartShape, Phantom};
 use radon::Collimator;
 use rayon::prelude::*;
@@ -59,6 +59,7 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
         theta: camera.geometry().angles()[view_idx],
         radius: *phantom.radii().ok()?.get(view_idx)?,
         response: response(scene),
+        at_centres: scene.camera.samples == Some(BinSample::Centres),
         is_deep: scene.collimator.is_some(),
         tolerance,
     };
@@ -120,6 +121,7 @@ struct View {
     /// Distance of the collimator's face from the axis.
     radius: f64,
     response: Option<Collimator>,
+    at_centres: bool,
     /// Whether the response depends on depth.
     is_deep: bool,
     tolerance: f64,
@@ -186,6 +188,7 @@ impl View {
         let raster = Raster {
             size: self.size,
             pitch: self.pitch,
+            at_centres: self.at_centres,
             bins,
             fine: [
                 (self.pitch[0] / (spacing * side)).ceil(),
@@ -265,6 +268,7 @@ impl Around {
 struct Raster {
     size: [usize; 2],
     pitch: [f64; 2],
+    at_centres: bool,
     /// The first bin, and row, with rays, and the one after the last; those of the view begin at 0.
     bins: [[f64; 2]; 2],
     fine: [f64; 2],
@@ -287,7 +291,7 @@ impl Raster {
         self.pitch[axis] / self.fine[axis]
     }
 
-    /// Fractions in each bin, or row, of the Gaussian about a position.
+    /// Fractions in each bin, or row, of the Gaussian about a position; at its centre, the density times the pitch.
     fn fractions(&self, axis: usize, sigma: f64, at: f64) -> (usize, Vec<f64>) {
         let (n, pitch) = (self.size[axis], self.pitch[axis]);
         let edge = |k: usize| (k as f64 - 0.5 * n as f64) * pitch - at;
@@ -298,6 +302,11 @@ impl Raster {
         }
         let first = bin(at - REACH * sigma);
         let end = (bin(at + REACH * sigma) + 1).min(n);
+        if self.at_centres {
+            let density = |z: f64| (-0.5 * z * z).exp() / (sigma * std::f64::consts::TAU.sqrt());
+            let at = |k: usize| pitch * density((edge(k) + 0.5 * pitch) / sigma);
+            return (first, (first..end).map(at).collect());
+        }
         let up_to = |x: f64| 0.5 * libm::erf(x / (sigma * std::f64::consts::SQRT_2));
         let ends: Vec<f64> = (first..=end.max(first)).map(|k| up_to(edge(k))).collect();
         (
