@@ -4,13 +4,14 @@
 //! sample(bin, row) = integral over u, v, t of a(u, v, t) exp(-attenuation from t to the detector) k(bin - u; sigma(t)) k(row - v; sigma(t))
 //! ```
 //!
-//! with k the Gaussian, averaged over the bin. Heights v are quadrature nodes between the extreme heights of all solids; positions u of a row are
-//! those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the polynomials of
-//! [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls exponentially with
-//! the density of nodes. From a density of 1 on, the outlines of sectors divide panels too, except those of twisted sides within their edges
-//! (order 5/2 of the density) and jags that are small compared with the response. Behind a response, small corners of a meridian do not divide panels (order 2, and 3 from a density of 2 on).
-//! The number of rays does not depend on the number of bins. Organs are smooth at their own scale, so that few rays suffice in a large panel:
-//! their integrals are interpolated to the nodes that the response needs.
+//! with k the Gaussian, averaged over the bin or at its centre. Heights v are quadrature nodes between the extreme heights of all solids; positions
+//! u of a row are those of a [`Panel`] between the positions where an outline crosses the row. Along a ray the integral is exact for the
+//! polynomials of [`DepthResponse`]. In each panel the integrand of smooth solids is smooth at the scale of the response, so the error falls
+//! exponentially with the density of nodes. From a density of 1 on, the outlines of sectors divide panels too, except those of twisted sides within
+//! their edges (order 5/2 of the density) and jags that are small compared with the response. Behind a response, small corners of a meridian do not
+//! divide panels (order 2, and 3 from a density of 2 on). The number of rays does not depend on the number of bins, except for values at the
+//! centres of bins wider than the response, which need only the rays within its reach. Organs are smooth at their own scale, so that few rays
+//! suffice in a large panel: their integrals are interpolated to the nodes that the response needs.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
