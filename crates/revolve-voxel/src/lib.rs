@@ -78,4 +78,5 @@ pub use voxels::regions::RegionVolumes;
 pub use voxels::sweep::Sweep;
 pub use wall::sector::Sector;
 pub use wall::shell::Shell;
+pub use wall::thickness::Thickness;
 pub use wall::twist::WallTwist;

@@ -13,8 +13,8 @@ const SHARP_CORNER: f64 = 0.1;
 impl View<'_> {
     /// Estimates the largest error of a sample by the corners of a body that do not divide panels, from its activity per cm^3 in each region: the sum
     /// over the layers of `s alpha |a| / (6 d^2)`, with alpha the sine of the largest turn of such a corner, a the difference of the activities
-    /// inside and outside the layer, d the density, and s the narrowest standard deviation of the response, or for averages the pitch if that is narrow. Corners
-    /// nearer to each other than `s / d` count in proportion to their distance.
+    /// inside and outside the layer, d the density, and s the narrowest standard deviation of the response, or for averages the pitch if that is
+    /// narrow. Corners nearer to each other than `s / d` count in proportion to their distance.
     ///
     /// Nodes that are h apart have errors of at most `h^2 / 12` times the change of slope at a corner, 2 alpha a in line integrals, and the largest
     /// weight of a position is 0.4 / s; in the middle of a panel h is pi / 2 times s / d. Images of two densities differ by such errors only if the

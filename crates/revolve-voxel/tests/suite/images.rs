@@ -214,6 +214,18 @@ fn apart(a: &[f64], b: &[f64]) -> f64 {
     most / largest(b)
 }
 
+/// A view of a detector at an angle.
+fn view_of<'a>(
+    detector: &ParallelDetector,
+    theta: f64,
+    value: BinValue,
+    response: &'a DepthResponse,
+    density: f64,
+) -> View<'a> {
+    let lines = detector.rays(theta).unwrap();
+    View::new(&lines, detector.pitch(), value, response, density).unwrap()
+}
+
 /// The ray of a view at a position.
 fn parallel_ray(theta: f64, [u, v]: [f64; 2]) -> Ray {
     let (sin, cos) = theta.sin_cos();
@@ -230,11 +242,10 @@ fn sigma(t: f64) -> f64 {
 fn a_body_behind_a_collimator_agrees_with_the_definition() {
     let (body, organs, theta) = (heart(), none(), 0.8);
     let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
-    let lines = detector.rays(theta).unwrap();
     let rays = |u: f64, v: f64| parallel_ray(theta, [u, v]);
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-6).unwrap();
     for value in [BinValue::Average, BinValue::Centre] {
-        let view = View::new(&lines, detector.pitch(), value, &response, 2.0).unwrap();
+        let view = view_of(&detector, theta, value, &response, 2.0);
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[0.2, 1.0], Some(0.15))
             .unwrap();
@@ -260,20 +271,12 @@ fn the_error_falls_exponentially_with_the_density() {
     let detector = ParallelDetector::new(16, 16, [0.5, 0.5]).unwrap();
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-8).unwrap();
     for theta in [0.1, 1.3, 2.9, 4.0] {
-        let lines = detector.rays(theta).unwrap();
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[0.2, 1.0], Some(0.16))
             .unwrap();
         for shown in [Shown::Change, Shown::Organs] {
             let image = |density: f64| {
-                let view = View::new(
-                    &lines,
-                    detector.pitch(),
-                    BinValue::Average,
-                    &response,
-                    density,
-                )
-                .unwrap();
+                let view = view_of(&detector, theta, BinValue::Average, &response, density);
                 whole(&view.image(&assembly, shown, 0..16).unwrap(), &detector)
             };
             let exact = image(4.0);
@@ -292,10 +295,9 @@ fn the_error_falls_exponentially_with_the_density() {
 fn organs_are_replaced_and_attenuate() {
     let (body, organs, theta) = (heart(), chest(), 2.4);
     let detector = ParallelDetector::new(12, 11, [0.9, 0.9]).unwrap();
-    let lines = detector.rays(theta).unwrap();
     let rays = |u: f64, v: f64| parallel_ray(theta, [u, v]);
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-6).unwrap();
-    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 2.0).unwrap();
+    let view = view_of(&detector, theta, BinValue::Average, &response, 2.0);
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
@@ -355,8 +357,7 @@ fn sectors_add_their_activity() {
     let detector = ParallelDetector::new(9, 8, [0.8, 0.7]).unwrap();
     let rays = |u: f64, v: f64| Ray::new(Point3::new(u, 0.0, v), Vector3::y()).unwrap();
     let response = DepthResponse::constant(0.3).unwrap();
-    let lines = detector.rays(0.0).unwrap();
-    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 4.0).unwrap();
+    let view = view_of(&detector, 0.0, BinValue::Average, &response, 4.0);
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
@@ -381,8 +382,7 @@ fn parts_are_bitwise_those_of_the_whole_for_any_number_of_threads() {
     let (body, organs) = (heart(), chest());
     let detector = ParallelDetector::new(16, 16, [0.5, 0.5]).unwrap();
     let response = DepthResponse::new(sigma, [-5.0, 5.0], 1e-3).unwrap();
-    let lines = detector.rays(1.0).unwrap();
-    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 1.0).unwrap();
+    let view = view_of(&detector, 1.0, BinValue::Average, &response, 1.0);
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], Some(0.16))
         .unwrap();
@@ -466,15 +466,7 @@ fn views_of_equal_parts_are_equal() {
     let wider = DepthResponse::new(|t| 2.0 * sigma(t), [-5.0, 5.0], 1e-6).unwrap();
     let view = |response, theta, density| {
         let detector = ParallelDetector::new(13, 12, [0.6, 0.5]).unwrap();
-        let lines = detector.rays(theta).unwrap();
-        View::new(
-            &lines,
-            detector.pitch(),
-            BinValue::Average,
-            response,
-            density,
-        )
-        .unwrap()
+        view_of(&detector, theta, BinValue::Average, response, density)
     };
     let one = view(&response, 0.8, 2.0);
     let same = response.clone();

@@ -471,10 +471,11 @@ fn invalid_input_is_rejected() {
 #[test]
 fn thickness_is_the_distance_between_the_surfaces() {
     // Cylinder and half-ball about one axis: 1 cm everywhere, also where points of equal s are farther apart.
-    for k in 0..=100 {
-        let s = f64::from(k) / 100.0;
-        assert!((study().thickness(s) - 1.0).abs() < 1e-12, "{s}");
-    }
+    let even = study().thicknesses();
+    assert!(
+        (even.minimum - 1.0).abs() < 1e-12 && (even.mean - 1.0).abs() < 1e-12,
+        "{even:?}"
+    );
     assert!((study().thickness(0.0) - 1.0).abs() < 1e-14);
     // A cone within a cylinder: r = 2 - s, x = 4 s, around it r = 3, up to x = 4.
     let line = |a: [f64; 2], b: [f64; 2]| Curve::polyline(&[0.0, 1.0], &[a, b]).unwrap();
@@ -488,6 +489,10 @@ fn thickness_is_the_distance_between_the_surfaces() {
         let s = f64::from(k) / 10.0;
         assert!((cone.thickness(s) - 1.0 - s).abs() < 1e-14);
     }
+    let all = cone.thicknesses();
+    // Mean of (1 + s) weighed by (2 - s): (2 + 1/2 - 1/3) / (3/2).
+    assert!((all.mean - 13.0 / 9.0).abs() < 1e-12, "{all:?}");
+    assert!((all.minimum - 1.0).abs() < 1e-14 && all.thinnest_at < 1e-7);
     // Brute force on a bent wall.
     let shell = Shell::new(
         balloon(8.5, 1.75, 1.03),
@@ -508,6 +513,14 @@ fn thickness_is_the_distance_between_the_surfaces() {
         // Half a step of 6e-4 from the nearest point: its square divided by the distance.
         assert!((shell.thickness(s) - brute(s)).abs() < 1e-6, "{s}");
     }
+    let all = shell.thicknesses();
+    let least = (0..=1000)
+        .map(|k| brute(f64::from(k) / 1000.0))
+        .fold(f64::INFINITY, f64::min);
+    assert!(
+        (all.minimum - least).abs() < 1e-5 && all.mean > all.minimum,
+        "{all:?} {least}"
+    );
 }
 
 proptest! {

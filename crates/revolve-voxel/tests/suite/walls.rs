@@ -65,7 +65,7 @@ fn voxels_of_a_grid_within_the_wall_are_found() {
 
 /// About a cylinder of radius 1, a parabola with its smallest distance of 0.5 at x = 3 a, between any samples.
 #[test]
-fn the_thickness_is_found_between_samples() {
+fn the_smallest_thickness_is_found_between_samples() {
     for a in [0.3 + 0.001 * PI, 0.55123, 0.777] {
         let piece = |r: Vec<f64>| Piece::Power {
             x: vec![0.0, 3.0],
@@ -74,7 +74,10 @@ fn the_thickness_is_found_between_samples() {
         let curve = |r: Vec<f64>| Curve::new(vec![0.0, 1.0], vec![piece(r)]).unwrap();
         let outer = curve(vec![1.5 + 2.0 * a * a, -4.0 * a, 2.0]);
         let wall = Shell::new(curve(vec![1.0]), outer, [0.0, 1.0]).unwrap();
-        assert!((wall.thickness(a) - 0.5).abs() < 1e-14, "{a}");
+        let all = wall.thicknesses();
+        assert!((all.minimum - 0.5).abs() < 1e-14, "{all:?}");
+        // Half of the digits at a minimum.
+        assert!((all.thinnest_at - a).abs() < 1e-7, "{a} {all:?}");
     }
 }
 

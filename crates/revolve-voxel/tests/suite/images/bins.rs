@@ -5,15 +5,7 @@ use super::*;
 /// An image at a density of nodes, with its samples as those of the whole detector.
 fn seen(body: &Body, detector: &ParallelDetector, sigma: f64, density: f64) -> (Vec<f64>, Image) {
     let (organs, response) = (none(), DepthResponse::constant(sigma).unwrap());
-    let lines = detector.rays(0.8).unwrap();
-    let view = View::new(
-        &lines,
-        detector.pitch(),
-        BinValue::Average,
-        &response,
-        density,
-    )
-    .unwrap();
+    let view = view_of(detector, 0.8, BinValue::Average, &response, density);
     let assembly = Assembly::new(&organs)
         .with_body(body, &[0.2, 1.0], None)
         .unwrap();
@@ -78,9 +70,7 @@ fn values_at_the_centres_of_wide_bins_need_rays_near_these() {
     let response = DepthResponse::constant(sigma).unwrap();
     let image = |n: usize, pitch: f64| {
         let detector = ParallelDetector::new(n, n, [pitch; 2]).unwrap();
-        let lines = detector.rays(0.8).unwrap();
-        let value = BinValue::Centre;
-        let view = View::new(&lines, detector.pitch(), value, &response, 3.0).unwrap();
+        let view = view_of(&detector, 0.8, BinValue::Centre, &response, 3.0);
         let image = view.image(&assembly, Shown::Change, 0..n).unwrap();
         (whole(&image, &detector), image.rays.cast)
     };

@@ -14,7 +14,6 @@ fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
     let body = Body::new(vec![layer], Pose::identity()).unwrap();
     let (organs, sigma) = (none(), 0.1);
     let detector = ParallelDetector::new(45, 1, [0.31, 0.2]).unwrap();
-    let lines = detector.rays(0.1).unwrap();
     let exact = Definition {
         ray: &|u, v| parallel_ray(0.1, [u, v]),
         on_ray: &|ray| {
@@ -31,14 +30,7 @@ fn corners_are_resolved_in_a_body_much_longer_than_the_response_is_wide() {
     .samples(&detector, [[-7.2, 7.2], [-0.54, 0.54]], [0.012, 10.0]);
     let response = DepthResponse::constant(sigma).unwrap();
     let errors = [2.0, 2.8, 4.0].map(|density| {
-        let view = View::new(
-            &lines,
-            detector.pitch(),
-            BinValue::Centre,
-            &response,
-            density,
-        )
-        .unwrap();
+        let view = view_of(&detector, 0.1, BinValue::Centre, &response, density);
         let assembly = Assembly::new(&organs)
             .with_body(&body, &[1.0], None)
             .unwrap();
@@ -67,15 +59,7 @@ fn the_error_of_corners_follows_its_formula() {
     let stated = |sigma: f64, pitch: f64, density: f64| {
         let response = DepthResponse::constant(sigma).unwrap();
         let detector = ParallelDetector::new(4, 4, [pitch, 0.5 * pitch]).unwrap();
-        let lines = detector.rays(0.0).unwrap();
-        let view = View::new(
-            &lines,
-            detector.pitch(),
-            BinValue::Average,
-            &response,
-            density,
-        )
-        .unwrap();
+        let view = view_of(&detector, 0.0, BinValue::Average, &response, density);
         view.corner_error(&body, &[0.5, 2.0]).unwrap()
     };
     let side = 2.0 * (std::f64::consts::PI / 80.0).sin();
@@ -95,8 +79,7 @@ fn the_error_of_corners_follows_its_formula() {
     assert!(stated(0.4, 1.0, 5.0) < 0.2 * stated(0.4, 1.0, 4.0));
     let response = DepthResponse::constant(0.4).unwrap();
     let detector = ParallelDetector::new(4, 4, [1.0; 2]).unwrap();
-    let lines = detector.rays(0.0).unwrap();
-    let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 2.0).unwrap();
+    let view = view_of(&detector, 0.0, BinValue::Average, &response, 2.0);
     assert!(matches!(
         view.corner_error(&body, &[1.0]),
         Err(RevolveError::WrongLength { .. })

@@ -93,13 +93,12 @@ fn fans_and_cones_are_averaged_over_bins() {
 fn narrow_responses_and_none_agree_in_the_limit() {
     let (body, organs) = (heart(), none());
     let detector = ParallelDetector::new(20, 20, [0.35, 0.35]).unwrap();
-    let lines = detector.rays(0.4).unwrap();
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.2, 1.0], None)
         .unwrap();
     let image = |sigma: f64| {
         let response = DepthResponse::constant(sigma).unwrap();
-        let view = View::new(&lines, detector.pitch(), BinValue::Average, &response, 3.0).unwrap();
+        let view = view_of(&detector, 0.4, BinValue::Average, &response, 3.0);
         whole(
             &view.image(&assembly, Shown::Change, 0..20).unwrap(),
             &detector,

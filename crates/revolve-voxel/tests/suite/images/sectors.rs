@@ -39,15 +39,7 @@ fn seen(
     density: f64,
 ) -> (Vec<f64>, u64) {
     let (organs, body, response) = (none(), tube(), DepthResponse::constant(sigma).unwrap());
-    let lines = detector.rays(0.3).unwrap();
-    let view = View::new(
-        &lines,
-        detector.pitch(),
-        BinValue::Average,
-        &response,
-        density,
-    )
-    .unwrap();
+    let view = view_of(detector, 0.3, BinValue::Average, &response, density);
     let sectors = sector.map(|sector| (sector.clone(), 1.0));
     let assembly = Assembly::new(&organs)
         .with_body(&body, &[0.0; 2], None)
