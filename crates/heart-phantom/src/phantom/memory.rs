@@ -72,7 +72,7 @@ impl Phantom {
 
     /// Checks that a number of bytes is within this run's part of the memory.
     pub(super) fn check_available(&self, needed: u64) -> Result<(), PhantomError> {
-        match memory_limit().map(|limit| limit / self.share.0) {
+        match memory_limit().map(|limit| limit / self.share.runs) {
             Some(available) if needed > available => {
                 Err(PhantomError::Memory { needed, available })
             }
@@ -132,7 +132,7 @@ impl Phantom {
                     0
                 },
             each_thread: images.max(cells).max(scatter[1]),
-            volumes: self.share.1
+            volumes: self.share.further
                 + reconstruction
                 + self.bytes_of_files(output, samples)
                 + together

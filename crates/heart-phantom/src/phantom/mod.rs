@@ -86,13 +86,21 @@ pub struct Phantom {
     placed: Mutex<Placed>,
     /// The plan used last, with its gate.
     plan: Mutex<Option<(usize, Arc<FbpPlan<f32>>)>>,
-    /// Number of concurrent runs with equal parts of the memory, and bytes of the caller in each.
-    share: (u64, u64),
+    share: Share,
     /// The OSEM model of a gate, if all have the same geometry.
     model: OnceLock<model_voxels::Model>,
     pub(crate) work: Work,
     /// File and text of the scene, for errors after reading.
     pub(crate) file: Option<(PathBuf, String)>,
+}
+
+/// The part of the memory that a run may use.
+#[derive(Debug, Clone, Copy)]
+struct Share {
+    /// Number of concurrent runs with equal parts.
+    runs: u64,
+    /// Bytes of the caller.
+    further: u64,
 }
 
 impl Phantom {
@@ -187,7 +195,10 @@ impl Phantom {
             attenuating_organs: OnceLock::new(),
             placed: Mutex::default(),
             plan: Mutex::new(None),
-            share: (1, 0),
+            share: Share {
+                runs: 1,
+                further: 0,
+            },
             model: OnceLock::new(),
             work: Work::default(),
             file: None,
@@ -216,7 +227,8 @@ impl Phantom {
     /// Limits the memory to that of one of `runs` (at least 1) equal concurrent runs; each needs `further` bytes for arrays of the caller.
     #[must_use]
     pub fn with_memory_share(mut self, runs: usize, further: u64) -> Self {
-        self.share = (runs.max(1) as u64, further);
+        let runs = runs.max(1) as u64;
+        self.share = Share { runs, further };
         self
     }
 

@@ -194,7 +194,7 @@ impl Phantom {
         let imaging = Imaging::new(options, &views, self.parts.surroundings.changes_behind())?;
         let threads = rayon::current_num_threads() as u64;
         let images = 2 * threads * imaging.view_bytes(self.camera()) as u64;
-        self.check_available(self.share.1.saturating_add(images))?;
+        self.check_available(self.share.further.saturating_add(images))?;
         Ok(imaging)
     }
 
