@@ -53,30 +53,31 @@ mod wall;
 
 pub use counters::{RayCounters, VoxelCounters};
 pub use error::RevolveError;
-pub use images::depth::DepthResponse;
-pub use images::image::{Image, View};
-pub use images::kernel::BinValue;
+pub use images::{
+    depth::DepthResponse,
+    image::{Image, View},
+    kernel::BinValue,
+};
 pub use nalgebra;
-pub use rays::assembly::{Assembly, Shown};
-pub use rays::detector::ParallelDetector;
-pub use rays::lines::Lines;
-pub use rays::organ::{Organ, OrganShape, Organs};
-pub use rays::points::PointRaster;
-pub use rays::ray::{Hit, Ray, Span};
+pub use rays::{
+    assembly::{Assembly, Shown},
+    detector::ParallelDetector,
+    lines::Lines,
+    organ::{Organ, OrganShape, Organs},
+    points::PointRaster,
+    ray::{Hit, Ray, Span},
+};
 pub use sample::Sample;
-pub use solid::body::Body;
-pub use solid::curve::{Curve, CurvePoint};
-pub use solid::mass_properties::MassProperties;
-pub use solid::meridian::Meridian;
-pub use solid::mesh::Mesh;
-pub use solid::pieces::Piece;
-pub use solid::pose::Pose;
-pub use voxels::grid::VoxelGrid;
-pub use voxels::mask::Mask;
-pub use voxels::profile::Profile;
-pub use voxels::regions::RegionVolumes;
-pub use voxels::sweep::Sweep;
-pub use wall::sector::Sector;
-pub use wall::shell::Shell;
-pub use wall::thickness::Thickness;
-pub use wall::twist::WallTwist;
+pub use solid::{
+    body::Body,
+    curve::{Curve, CurvePoint},
+    mass_properties::MassProperties,
+    meridian::Meridian,
+    mesh::Mesh,
+    pieces::Piece,
+    pose::Pose,
+};
+pub use voxels::{
+    grid::VoxelGrid, mask::Mask, profile::Profile, regions::RegionVolumes, sweep::Sweep,
+};
+pub use wall::{sector::Sector, shell::Shell, thickness::Thickness, twist::WallTwist};
