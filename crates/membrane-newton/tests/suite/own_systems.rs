@@ -316,7 +316,10 @@ fn messages_contain_the_cause_of_a_failure() {
         (
             1.0,
             1e9,
-            options.with_max_iterations(2),
+            NewtonOptions {
+                max_iterations: 2,
+                ..options
+            },
             StopReason::Iterations,
             "iterations are used up",
         ),
@@ -378,7 +381,10 @@ fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
         LineSearch::FullStep,
         LineSearch::Natural { max_halvings: 20 },
     ] {
-        let options = NewtonOptions::default().with_line_search(line_search);
+        let options = NewtonOptions {
+            line_search,
+            ..NewtonOptions::default()
+        };
         for start in [[-4.0, 1.0], [-4.0, 3.0]] {
             let mut x = start;
             let error = newton(&mut RootAndLine, &mut x, &options).unwrap_err();
