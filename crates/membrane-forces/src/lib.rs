@@ -31,8 +31,6 @@
 
 mod band;
 mod chebyshev;
-mod closed_form;
-mod complex;
 mod crossing;
 mod curve;
 mod differences;
@@ -56,7 +54,6 @@ mod strain_energy;
 mod tangent;
 
 pub use band::BandMatrix;
-pub use closed_form::{CircleEquilibrium, balloon_measures};
 pub use crossing::collapse;
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;

@@ -3,9 +3,7 @@
 use super::paper_newton::{PaperJacobian, paper_newton};
 use super::report::{self, Circle, Direct};
 use super::run::Run;
-use heart_phantom::membrane_newton::membrane_forces::{
-    CircleEquilibrium, FiniteDifferences, balloon_measures,
-};
+use heart_phantom::membrane_newton::membrane_forces::{FiniteDifferences, LinearEquilibrium};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
 };
@@ -39,7 +37,7 @@ pub(super) struct DirectStudy {
 /// The results of the circle of the appendix.
 pub(super) struct CircleStudy {
     pub(super) figures: Circle,
-    pub(super) exact: CircleEquilibrium,
+    pub(super) exact: LinearEquilibrium,
     /// The reference line and the equilibrium on the second coarsest mesh.
     pub(super) initial: Vec<[f64; 2]>,
     pub(super) solution: Vec<[f64; 2]>,
@@ -50,7 +48,8 @@ pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
         let discrete = solver.start_measures();
-        let exact = balloon_measures(balloon.length, balloon.radius)?;
+        let exact =
+            LinearEquilibrium::balloon(balloon.length, balloon.radius, 0.0, 1.0)?.measures();
         Ok(report::ReferenceShape {
             length: discrete.length,
             area: discrete.area,
@@ -118,7 +117,7 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
 /// The circle of the appendix: discrete equilibria of an inflated disc against the closed form.
 pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
     let (radius, load) = CIRCLE;
-    let exact = CircleEquilibrium::new(radius, load)?;
+    let exact = LinearEquilibrium::circle(radius, load)?;
     let membrane = Membrane::new(ReferenceShape::disc(radius)?);
     let mut errors = Vec::new();
     let mut shown = (Vec::new(), Vec::new());
@@ -127,7 +126,7 @@ pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
         let solution = solver.solve(Control::Intensity(load), &NewtonOptions::default())?;
         let points = solution.points();
         let distances = points.iter().enumerate().map(|(n, [x, y])| {
-            let at = exact.at(n as f64 / (nodes - 1) as f64);
+            let at = exact.at(n as f64 / (nodes - 1) as f64).position;
             (x - at[0]).hypot(y - at[1])
         });
         errors.push(distances.fold(0.0, f64::max));

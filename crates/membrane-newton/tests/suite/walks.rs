@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use membrane_newton::membrane_forces::CircleEquilibrium;
+use membrane_newton::membrane_forces::LinearEquilibrium;
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Membrane, NewtonError, NewtonOptions, ReferenceShape,
     Rubber, Solver, Stiffness, StopReason, StrainEnergy, Thickness,
@@ -65,8 +65,8 @@ fn a_disc_becomes_a_circle_directly() {
         let solved = solver.solve(Control::Load(load), &NewtonOptions::default());
         let solved = solved.unwrap();
         assert_eq!(solved.report.load_steps, 0);
-        let circle = CircleEquilibrium::new(1.0, load).unwrap();
-        let [x, y] = circle.at(0.25);
+        let circle = LinearEquilibrium::circle(1.0, load).unwrap();
+        let [x, y] = circle.at(0.25).position;
         let found = solved.at(0.25).position;
         // polynomials of degree 16 on half of the circle
         let off = (found[0] - x).hypot(found[1] - y) / solved.measures.length;

@@ -2,9 +2,9 @@
 
 use super::{ODD, SIZES, back, pairs};
 use membrane_forces::{
-    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
-    SpectralElements, Stiffness, balloon_measures,
+    BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences, LinearEquilibrium,
+    Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape, SpectralElements,
+    Stiffness,
 };
 use membrane_implicit::{
     Body, EvolvingOptions, ImplicitError, Load, LoadState, Motion, Scheme, Stop, TimeStep,
@@ -51,8 +51,8 @@ fn membrane_forces_accepts_any_input() {
             },
             &[a, b],
         ));
-        back(balloon_measures(a, b));
-        if let Some(circle) = back(CircleEquilibrium::new(a, b)) {
+        back(LinearEquilibrium::balloon(a, b, 0.0, 1.0));
+        if let Some(circle) = back(LinearEquilibrium::circle(a, b)) {
             let _ = circle.measures();
             for s in ODD {
                 let _ = circle.at(s);
