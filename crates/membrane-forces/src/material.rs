@@ -20,9 +20,12 @@ pub enum Material {
 
 /// A sheet of incompressible rubber.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Rubber {
-    pub(crate) energy: StrainEnergy,
-    pub(crate) thickness: Thickness,
+    /// Strain energy.
+    pub energy: StrainEnergy,
+    /// Thickness in the reference configuration, cm.
+    pub thickness: Thickness,
 }
 
 impl Rubber {
@@ -33,18 +36,6 @@ impl Rubber {
     pub fn new(energy: StrainEnergy, thickness: Thickness) -> Result<Self> {
         energy.check()?;
         Ok(Self { energy, thickness })
-    }
-
-    /// Returns the strain energy.
-    #[must_use]
-    pub fn energy(&self) -> &StrainEnergy {
-        &self.energy
-    }
-
-    /// Returns the reference thickness.
-    #[must_use]
-    pub fn thickness(&self) -> &Thickness {
-        &self.thickness
     }
 
     /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.

@@ -99,7 +99,7 @@ impl Answer {
 
 /// Rejects a load, law or material that the scheme does not support.
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
-    match scheme.unsupported(load, body.discrete.setting().membrane()) {
+    match scheme.unsupported(load, body.discrete.membrane()) {
         None => Ok(()),
         Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }
