@@ -1,12 +1,13 @@
 //! Splittings: kicks by forces, drifts between them.
 
-use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
+use crate::method::pentadiagonal::PentadiagonalLdl;
 use crate::method::stage::LocalError;
 
 /// Kicks v += b dt F / m, with the force at c, between drifts that solve c' = v, m v' = -mu v. Returns the account of the step.
@@ -98,11 +99,11 @@ impl ImplicitSplitting {
     }
 
     /// Overwrites `values` of moving nodes with the inverse matrix times them; the ends become zero.
-    fn solve(&self, values: &mut [f64]) -> Result<(), membrane_newton::NewtonError> {
+    fn solve(&self, values: &mut [f64]) {
         let points = values.as_chunks_mut::<2>().0;
         let last = points.len() - 1;
         (points[0], points[last]) = ([0.0; 2], [0.0; 2]);
-        self.matrix.solve_into(&mut points[1..last])
+        self.matrix.solve_into(&mut points[1..last]);
     }
 
     /// A half kick of the pressure, the implicit midpoint rule for springs and damping, a half kick of the pressure at the new position.
@@ -123,7 +124,6 @@ impl ImplicitSplitting {
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);
-        let linear = |error| ImplicitError::Step { time, dt, error };
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {
@@ -135,7 +135,8 @@ impl ImplicitSplitting {
                     -h * h * k
                 }
             };
-            self.matrix.factor(entry).map_err(linear)?;
+            let factored = self.matrix.factor(entry);
+            factored.map_err(|error| ImplicitError::Step { time, dt, error })?;
             self.factored = h;
             work.factorisations += 1;
         }
@@ -143,7 +144,7 @@ impl ImplicitSplitting {
         for (w, (v, a)) in new.velocity.iter_mut().zip(before) {
             *w = diagonal * v + h * m * a;
         }
-        self.solve(&mut new.velocity).map_err(linear)?;
+        self.solve(&mut new.velocity);
         let push = dot(&now.pressure, &now.velocity);
         let mut account = Ledger {
             work: h * ds * (push + 0.5 * kick * dot(&now.pressure, &now.pressure)),
@@ -178,7 +179,6 @@ impl ImplicitSplitting {
 
     /// Filters the error estimate of a step of length 2 `h` through the matrix.
     pub(crate) fn filter(&self, body: &Body, h: f64, error: &mut LocalError) {
-        // A step was made, so there is a factorisation.
-        error.filter(body, h, |v| self.solve(v).unwrap_or(()));
+        error.filter(body, h, |v| self.solve(v));
     }
 }

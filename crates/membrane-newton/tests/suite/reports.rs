@@ -2,12 +2,11 @@
 
 use std::cell::Cell;
 use std::error::Error;
-use std::ops::ControlFlow;
 
 use membrane_forces::MembraneError;
 use membrane_newton::{
     LineSearch, NewtonError, NewtonOptions, NewtonScratch, Refactor, ResidualSystem, StopReason,
-    newton, newton_observed, newton_with,
+    newton, newton_with,
 };
 
 use crate::scalar::Scalar;
@@ -252,17 +251,6 @@ fn reports_count_every_residual_and_contain_the_stopping_test() {
             assert!(report.iteration_error < 1e-2, "{report:?}");
         }
     }
-    let (mut x, mut scratch) = ([1.4], NewtonScratch::default());
-    let stop = |_: &_, _: &[f64]| ControlFlow::Break(());
-    let stopped = newton_observed(
-        &mut Scalar::new(logarithm, f64::recip),
-        &mut x,
-        &natural,
-        &mut scratch,
-        stop,
-    );
-    assert_eq!(stopped, Ok(ControlFlow::Break(())));
-    assert_eq!(scratch.report().stopped_by, Some(StopReason::Observer));
 }
 
 /// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
