@@ -5,7 +5,7 @@ use membrane_newton::{DiscreteMembrane, Measure};
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result};
 use crate::load::Load;
-use crate::load_kind::LoadKind;
+use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
 
 /// The quantity that a stage must meet.

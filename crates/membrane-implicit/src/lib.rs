@@ -32,7 +32,6 @@ mod evolution;
 mod evolving;
 mod kinematics;
 mod load;
-mod load_kind;
 mod method;
 mod motion;
 mod mover;
@@ -45,11 +44,10 @@ pub use error::ImplicitError;
 pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use load::{Feedback, Load};
-pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,
 };
 pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
-pub use scheme::{Jacobian, Scheme};
+pub use scheme::{Jacobian, LoadKind, Scheme};
 pub use work::Work;

@@ -8,9 +8,9 @@ use crate::constraint::Constraint;
 use crate::energy::{Energy, Ledger};
 use crate::error::{ImplicitError, Result, length, within};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
-use crate::load_kind::LoadKind;
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
 use crate::method::stage::{Implicit, LocalError, Stage};
+use crate::scheme::LoadKind;
 use crate::scheme::{Jacobian, Scheme};
 use crate::work::Work;
 

@@ -3,8 +3,6 @@
 use membrane_newton::Membrane;
 use membrane_newton::membrane_forces::Material;
 
-use crate::load_kind::LoadKind;
-
 /// The time integration scheme.
 ///
 /// | scheme | order | springs | rubber | loads |
@@ -58,6 +56,19 @@ pub enum Jacobian {
     Exact,
     /// Only the band: within a linearised step the intensity F / S(c) is that of its start.
     Band,
+}
+
+/// The quantity that a [`Load`](crate::Load) prescribes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LoadKind {
+    /// Force intensity: f per unit of material length, or the pressure p per unit of current length ([`PressureLaw`](crate::PressureLaw)).
+    Intensity,
+    /// Total force: intensity times the lateral surface of revolution (Eq. 4).
+    TotalForce,
+    /// Enclosed volume of revolution, cm^3.
+    Volume,
+    /// Force intensity as a function of volume and flow ([`Feedback`](crate::Feedback)).
+    Feedback,
 }
 
 impl Scheme {

@@ -3,7 +3,7 @@
 use super::{Motion, view};
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result, positive, within};
-use crate::load_kind::LoadKind;
+use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
 use crate::work::Work;
 
