@@ -5,7 +5,7 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::curve::CurvePiece;
-use crate::error::{MembraneError, Result, finite, length};
+use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
 use crate::material::Material;
 use crate::measures::{Measure, Measures};
@@ -119,7 +119,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         let setting = self.setting();
         setting.check_state(nodes)?;
         finite("force intensity", intensity)?;
-        length("forces", out.len(), nodes.len())?;
+        MembraneError::length("forces", out.len(), nodes.len())?;
         setting.elastic.push_into(nodes, intensity, out)?;
         setting.hold(out);
         Ok(())
@@ -140,8 +140,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         let setting = self.setting();
         setting.check_state(nodes)?;
         finite("force intensity", intensity)?;
-        length("forces", out.len(), nodes.len())?;
-        length("scratch of forces", scratch.len(), nodes.len())?;
+        MembraneError::length("forces", out.len(), nodes.len())?;
+        MembraneError::length("scratch of forces", scratch.len(), nodes.len())?;
         let volume = (setting.elastic).forces_into(nodes, intensity, scratch, out)?;
         setting.hold(out);
         Ok(volume)
@@ -359,6 +359,6 @@ impl Setting {
     }
 
     pub(crate) fn check_state(&self, nodes: &[f64]) -> Result<()> {
-        length("nodes", nodes.len(), self.start.len())
+        MembraneError::length("nodes", nodes.len(), self.start.len())
     }
 }

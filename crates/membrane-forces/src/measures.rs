@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::error::{Result, finite, length};
+use crate::error::{MembraneError, Result, finite};
 
 /// A measure of a curve: length, area, surface or volume.
 ///
@@ -102,7 +102,7 @@ impl Measure {
     /// # Errors
     /// [`MembraneError::WrongLength`](crate::MembraneError::WrongLength) if the numbers of velocities and nodes differ.
     pub fn rate(self, nodes: &[[f64; 2]], velocities: &[[f64; 2]]) -> Result<f64> {
-        length("velocities", velocities.len(), nodes.len())?;
+        MembraneError::length("velocities", velocities.len(), nodes.len())?;
         let mut rate = 0.0;
         let mut add = |by: [f64; 2], n: usize| {
             rate += by[0] * velocities[n][0] + by[1] * velocities[n][1];

@@ -3,7 +3,7 @@
 use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent, collapse};
 use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError};
 
-use crate::error::{ImplicitError, Result, positive, within};
+use crate::error::{ImplicitError, Result, positive};
 
 /// Limits of positions (cm) and velocities (cm/s): beyond, volume and energy (cubes and squares times a stiffness) overflow.
 pub(crate) const FARTHEST: f64 = 1e100;
@@ -99,7 +99,7 @@ impl Body {
     fn of(discrete: FiniteDifferences, mass: f64, volumes: Vec<f64>, weight: f64) -> Result<Self> {
         let start = discrete.start();
         for value in start {
-            within("reference position", *value, -FARTHEST, FARTHEST)?;
+            MembraneError::within("reference position", *value, -FARTHEST, FARTHEST)?;
         }
         let mut tangent = discrete.tangent();
         discrete.tangent_into(start, 0.0, &mut tangent)?;
@@ -137,7 +137,7 @@ impl Body {
     /// # Errors
     /// Negative, or not finite.
     pub fn with_damping(mut self, damping: f64) -> Result<Self> {
-        self.damping = within("damping", damping, 0.0, f64::MAX)?;
+        self.damping = MembraneError::within("damping", damping, 0.0, f64::MAX)?;
         Ok(self)
     }
 

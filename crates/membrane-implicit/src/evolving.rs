@@ -3,10 +3,10 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use membrane_newton::{DiscreteMembrane, Measure, Membrane};
+use membrane_newton::{DiscreteMembrane, Measure, Membrane, MembraneError};
 
 use crate::body::Body;
-use crate::error::{ImplicitError, Result, length, positive, within};
+use crate::error::{ImplicitError, Result, positive};
 use crate::evolution::{Evolution, Frame};
 use crate::load::Load;
 use crate::motion::Motion;
@@ -52,9 +52,9 @@ impl Evolution {
     /// Largest distance between a node and its counterpart in `points`, cm.
     ///
     /// # Errors
-    /// [`ImplicitError::WrongLength`] if the numbers of points and nodes differ.
+    /// [`MembraneError::WrongLength`] if the numbers of points and nodes differ.
     pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64> {
-        length("points to compare with", points.len(), self.points.len())?;
+        MembraneError::length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
         Ok(pairs
             .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
@@ -83,7 +83,7 @@ impl Evolution {
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`;
 /// [`ImplicitError::Collapsed`] if the equilibrium encloses no body. Options out of range, a membrane that cannot be discretised, a step that cannot
-/// be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
+/// be made; [`MembraneError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
@@ -110,10 +110,10 @@ pub fn evolve_observed<B>(
     mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Evolution>> {
     positive("time step", options.dt)?;
-    within("tolerance", options.tolerance, 0.0, f64::MAX)?;
-    within("total force", total_force, f64::MIN, f64::MAX)?;
+    MembraneError::within("tolerance", options.tolerance, 0.0, f64::MAX)?;
+    MembraneError::within("total force", total_force, f64::MIN, f64::MAX)?;
     positive("mass", options.mass)?;
-    within("damping", options.damping, 0.0, f64::MAX)?;
+    MembraneError::within("damping", options.damping, 0.0, f64::MAX)?;
     let body = Body::springs(membrane, n_nodes)?;
     let stiffness = body.discrete.stiffness_scale();
     let body = body
@@ -123,7 +123,13 @@ pub fn evolve_observed<B>(
     let mut motion =
         Motion::new(body, load, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian);
     let norm_of = |motion: &mut Motion| -> Result<f64> {
-        within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
+        let norm = motion.norms()?.0;
+        Ok(MembraneError::within(
+            "norm of the forces",
+            norm,
+            0.0,
+            f64::MAX,
+        )?)
     };
     let mut norms = vec![norm_of(&mut motion)?];
     let mut frames = Vec::new();

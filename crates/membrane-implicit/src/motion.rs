@@ -9,7 +9,7 @@ use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Pair, PressureLa
 use crate::body::{Body, FARTHEST};
 use crate::constraint::{Constraint, check_support, derivatives};
 use crate::energy::Energy;
-use crate::error::{ImplicitError, Result, length, within};
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Kinematics;
 use crate::load::Load;
 use crate::mover::Mover;
@@ -224,12 +224,12 @@ impl Motion {
         if self.outer.is_some() {
             return Err(ImplicitError::StateOfPair);
         }
-        within("time", time, f64::MIN, f64::MAX)?;
+        MembraneError::within("time", time, f64::MIN, f64::MAX)?;
         let expected = self.state().points.len();
         for (what, list) in [("points", points), ("velocities", velocities)] {
-            length(what, list.len(), expected)?;
+            MembraneError::length(what, list.len(), expected)?;
             for value in list.as_flattened() {
-                within(what, *value, -FARTHEST, FARTHEST)?;
+                MembraneError::within(what, *value, -FARTHEST, FARTHEST)?;
             }
         }
         self.inner
@@ -389,7 +389,7 @@ impl Motion {
     /// O(dt^4) in addition to that of the scheme. Cost O(N).
     ///
     /// # Errors
-    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices whose length is not N.
+    /// A time outside the last step; [`MembraneError::WrongLength`] for slices whose length is not N.
     pub fn at_into(
         &self,
         time: f64,
@@ -407,7 +407,8 @@ impl Motion {
             true => "time step of an explicit scheme",
             false => "time step",
         };
-        within(what, dt, f64::MIN_POSITIVE, limit.min(f64::MAX)).map(drop)
+        MembraneError::within(what, dt, f64::MIN_POSITIVE, limit.min(f64::MAX))?;
+        Ok(())
     }
 
     fn movers(&self) -> impl Iterator<Item = &Mover> {

@@ -1,12 +1,12 @@
 //! The motion of one membrane by the steps of a scheme. A step allocates nothing.
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, MembraneError, dot_in_eight as dot};
 
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
 use crate::energy::{Energy, Ledger};
-use crate::error::{ImplicitError, Result, length, within};
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
 use crate::method::stage::{Implicit, LocalError, Stage};
@@ -437,10 +437,10 @@ impl Mover {
         velocities: &mut [[f64; 2]],
     ) -> Result<()> {
         let (old, now) = (&self.old, self.now());
-        within("time", time, old.time, now.time)?;
+        MembraneError::within("time", time, old.time, now.time)?;
         let n = now.nodes.len() / 2;
-        length("points", points.len(), n)?;
-        length("velocities", velocities.len(), n)?;
+        MembraneError::length("points", points.len(), n)?;
+        MembraneError::length("velocities", velocities.len(), n)?;
         let dt = now.time - old.time;
         let t = if dt > 0.0 {
             (time - old.time) / dt

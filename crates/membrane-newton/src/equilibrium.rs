@@ -95,7 +95,7 @@ impl Equilibrium {
     /// # Errors
     /// A membrane of springs; a coordinate that is NaN.
     pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
-        let s = check("material coordinate", s.clamp(0.0, 1.0), f64::NEG_INFINITY)?;
+        let s = check("material coordinate", s.clamp(0.0, 1.0), f64::MIN)?;
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
@@ -169,7 +169,7 @@ impl Resolution {
             return Err(NewtonError::Collapsed { s });
         }
         // A total force is the intensity times the surface.
-        check("load", solved.load, f64::NEG_INFINITY)?;
+        check("load", solved.load, f64::MIN)?;
         Ok(solved)
     }
 

@@ -2,8 +2,10 @@
 
 use std::ops::ControlFlow;
 
-use crate::constraint::check;
-use crate::error::{NewtonError, Result, length};
+use membrane_forces::MembraneError;
+
+use crate::constraint::{POSITIVE, check};
+use crate::error::{NewtonError, Result};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
 
@@ -107,7 +109,7 @@ pub struct NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`NewtonError::WrongLength`] if the lengths of
+/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`MembraneError::WrongLength`](membrane_forces::MembraneError::WrongLength) if the lengths of
 /// `x` and the system differ; errors of the system.
 pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
@@ -134,8 +136,8 @@ pub fn newton_with(
     scratch: &mut NewtonScratch,
 ) -> Result<()> {
     let n = system.len();
-    length("unknowns", x.len(), n)?;
-    (x.iter()).try_for_each(|x| check("start of an unknown", *x, f64::NEG_INFINITY).map(drop))?;
+    MembraneError::length("unknowns", x.len(), n)?;
+    (x.iter()).try_for_each(|x| check("start of an unknown", *x, f64::MIN).map(drop))?;
     options.check()?;
     scratch.begin(n, options.max_iterations);
     let outcome = iterate(system, x, options, scratch);
@@ -173,7 +175,7 @@ fn iterate(
         // squares of smaller steps underflow
         let moves = |step: &f64| step.abs() > f64::MIN_POSITIVE.sqrt();
         if full == 0.0 && scratch.step.iter().any(moves) {
-            check("norm of a nonzero step", full, 0.0)?;
+            check("norm of a nonzero step", full, POSITIVE)?;
         }
         let error = scratch.before_step(full, options, fresh);
         if error <= options.step_tolerance {

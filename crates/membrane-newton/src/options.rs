@@ -85,15 +85,14 @@ impl Default for NewtonOptions {
 impl NewtonOptions {
     /// Rejects tolerances and a factor of [`Refactor`] that are negative or not finite.
     pub(crate) fn check(&self) -> Result<()> {
-        let below_zero = 0f64.next_down();
         for (what, value) in [
             ("residual tolerance", self.residual_tolerance),
             ("step tolerance", self.step_tolerance),
         ] {
-            check(what, value, below_zero)?;
+            check(what, value, 0.0)?;
         }
         if let Refactor::WhenContractionAbove(most) = self.refactor {
-            check("contraction of Refactor", most, below_zero)?;
+            check("contraction of Refactor", most, 0.0)?;
         }
         Ok(())
     }

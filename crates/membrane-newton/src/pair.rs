@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use membrane_forces::{DiscreteMembrane, Material, Measure, Membrane, PressureLaw};
 
-use crate::constraint::{Control, check};
+use crate::constraint::{Control, POSITIVE, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result, own};
 use crate::nested::Nested;
@@ -224,7 +224,7 @@ impl PairEquilibrium {
     /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::Crossed`];
     /// [`MembraneError::OutOfRange`](membrane_forces::MembraneError::OutOfRange): `wall_volume` is not positive.
     pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Result<Self> {
-        check("wall volume", wall_volume, 0.0)?;
+        check("wall volume", wall_volume, POSITIVE)?;
         let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);
         let between = enclosed(volumes)?;
         check_crossing(&inner, &outer)?;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use membrane_forces::{FiniteDifferences, Membrane};
 
-use crate::constraint::{Control, check};
+use crate::constraint::{Control, POSITIVE, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
 use crate::nested::Nested;
@@ -79,7 +79,7 @@ impl Solver {
                 Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
-                check("tolerance", tolerance, 0.0)?;
+                check("tolerance", tolerance, POSITIVE)?;
                 Resolution::adaptive(membrane, tolerance)?
             }
         };

@@ -20,9 +20,7 @@ fn sizes_must_be_positive_and_finite() {
             LinearEquilibrium::disc(bad, 1.0, 1.0).err(),
         ] {
             let given = match refused {
-                Some(MembraneError::OutOfRange {
-                    given, above: 0.0, ..
-                }) => given,
+                Some(MembraneError::OutOfRange { given, least, .. }) if least > 0.0 => given,
                 other => panic!("{bad}: {other:?}"),
             };
             assert_eq!(given.to_bits(), bad.to_bits());
@@ -41,12 +39,13 @@ fn sizes_must_be_positive_and_finite() {
         MembraneError::OutOfRange {
             what: "radius",
             given: -2.0,
-            above: 0.0
+            least: 0f64.next_up(),
+            most: f64::MAX,
         }
     );
-    let (what, given, above) = ("load over stiffness", -1.0, 0f64.next_down());
-    let refused = LinearEquilibrium::circle(1.0, given).unwrap_err();
-    assert_eq!(refused, MembraneError::OutOfRange { what, given, above });
+    let refused = LinearEquilibrium::circle(1.0, -1.0).err();
+    let expected = MembraneError::within("load over stiffness", -1.0, 0.0, f64::MAX).err();
+    assert_eq!(refused, expected);
 }
 
 #[test]

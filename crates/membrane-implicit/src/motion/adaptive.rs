@@ -1,8 +1,10 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
+use membrane_newton::MembraneError;
+
 use super::{Motion, view};
 use crate::body::{Body, LoadState};
-use crate::error::{ImplicitError, Result, positive, within};
+use crate::error::{ImplicitError, Result, positive};
 use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
 use crate::work::Work;
@@ -32,8 +34,8 @@ impl Tolerance {
     pub(super) fn check(&self, body: &Body) -> Result<()> {
         let least = f64::EPSILON * body.length;
         let slowest = least / body.wave_time();
-        within("position tolerance", self.position, least, f64::MAX)?;
-        within("velocity tolerance", self.velocity, slowest, f64::MAX)?;
+        MembraneError::within("position tolerance", self.position, least, f64::MAX)?;
+        MembraneError::within("velocity tolerance", self.velocity, slowest, f64::MAX)?;
         longest(self.longest)?;
         Ok(())
     }

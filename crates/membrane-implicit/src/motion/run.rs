@@ -3,8 +3,10 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
+use membrane_newton::MembraneError;
+
 use super::{Motion, Tolerance};
-use crate::error::{ImplicitError, Result, positive, within};
+use crate::error::{ImplicitError, Result, positive};
 
 /// The rule for the length of the steps.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -115,12 +117,12 @@ impl Motion {
             match *stop {
                 Stop::Time(time) => {
                     let least = self.time() - ROUNDING * self.time().abs();
-                    end = end.min(within("end time", time, least, f64::MAX)?);
+                    end = end.min(MembraneError::within("end time", time, least, f64::MAX)?);
                 }
                 Stop::Volume(volume) => drop(positive("volume", volume)?),
                 Stop::Equilibrium { force, speed } => {
-                    within("force at equilibrium", force, 0.0, f64::MAX)?;
-                    within("speed at equilibrium", speed, 0.0, f64::MAX)?;
+                    MembraneError::within("force at equilibrium", force, 0.0, f64::MAX)?;
+                    MembraneError::within("speed at equilibrium", speed, 0.0, f64::MAX)?;
                 }
                 Stop::Steps(_) => (),
             }

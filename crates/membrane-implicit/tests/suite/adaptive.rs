@@ -6,8 +6,8 @@ use std::f64::consts::TAU;
 
 use common::{RunWith, apart, balloon, inflate, reference_body};
 use membrane_implicit::{
-    Body, ImplicitError, Load, LoadKind, Membrane, Motion, ReferenceShape, Rubber, Scheme, Stop,
-    StrainEnergy, Thickness, TimeStep, Tolerance,
+    Body, ImplicitError, Load, LoadKind, Membrane, MembraneError, Motion, ReferenceShape, Rubber,
+    Scheme, Stop, StrainEnergy, Thickness, TimeStep, Tolerance,
 };
 
 /// A load that rises within a tenth of the first step that the initial state suggests: the error of that step is controlled, too, also by
@@ -406,9 +406,9 @@ fn tolerances_below_rounding_are_rejected() {
             motion.step_adaptive(&tolerance, 1.0).unwrap_err(),
             (motion.run(TimeStep::Adaptive(tolerance), &[Stop::Steps(1)])).unwrap_err(),
         ] {
-            let ImplicitError::OutOfRange {
+            let ImplicitError::Membrane(MembraneError::OutOfRange {
                 what: of, given, ..
-            } = error
+            }) = error
             else {
                 panic!("{error}")
             };
@@ -427,7 +427,7 @@ fn tolerances_below_rounding_are_rejected() {
                 longest: 1.0,
             };
             match motion.step_adaptive(&tolerance, 1.0) {
-                Err(ImplicitError::OutOfRange { least, .. }) => least,
+                Err(ImplicitError::Membrane(MembraneError::OutOfRange { least, .. })) => least,
                 other => panic!("{other:?}"),
             }
         });

@@ -7,14 +7,17 @@ use membrane_implicit::membrane_newton::{
     Control, Discretisation, NewtonError, NewtonOptions, Rubber, Solver, StrainEnergy, Thickness,
 };
 use membrane_implicit::{
-    Body, EvolvingOptions, ImplicitError, Load, LoadState, Membrane, Motion, PressureLaw,
-    ReferenceShape, Scheme, Stop, TimeStep, Tolerance, evolve,
+    Body, EvolvingOptions, ImplicitError, Load, LoadState, Membrane, MembraneError, Motion,
+    PressureLaw, ReferenceShape, Scheme, Stop, TimeStep, Tolerance, evolve,
 };
 
 const BAD: [f64; 4] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, -1.0];
 
 fn is_range<T: std::fmt::Debug>(result: Result<T, ImplicitError>) -> bool {
-    matches!(result, Err(ImplicitError::OutOfRange { .. }))
+    matches!(
+        result,
+        Err(ImplicitError::Membrane(MembraneError::OutOfRange { .. }))
+    )
 }
 
 #[test]
@@ -38,7 +41,7 @@ fn messages_are_short() {
     let said = |step: f64| inflate(Scheme::TrBdf2).step(step).unwrap_err().to_string();
     assert_eq!(
         said(-1e300),
-        "time step is -1e300; it must be positive and finite"
+        "time step is -1e300; it must be finite and positive"
     );
     let (longest, unstable) = (reference_body().largest_explicit_step(), 1.0);
     let said = (inflate(Scheme::Splitting2).step(unstable)).unwrap_err();
@@ -46,7 +49,7 @@ fn messages_are_short() {
     let expected = "time step of an explicit scheme is 1.0; it must be positive and at most 0.0";
     assert!(said.starts_with(expected) && longest < 0.011, "{said}");
     let damped = reference_body().with_damping(-0.5).unwrap_err();
-    let expected = "damping is -0.5; it must be at least 0.0 and finite";
+    let expected = "damping is -0.5; it must be finite and not negative";
     assert_eq!(damped.to_string(), expected);
     let body = Body::springs(
         &membrane_implicit::Membrane::new(
@@ -54,7 +57,7 @@ fn messages_are_short() {
         ),
         5,
     );
-    let expected = "reference position is 2.5e199; it must lie in [-1e100, 1e100]";
+    let expected = "reference position is 2.5e199; it must be between -1e100 and 1e100";
     assert_eq!(body.unwrap_err().to_string()[..17], expected[..17]);
 }
 
@@ -206,11 +209,11 @@ fn pairs_and_states() {
     assert_eq!(error.to_string(), said);
     let points = vec![[0.0; 2]; 100];
     let state = inflate(Scheme::TrBdf2).with_state(0.0, &points, &points);
-    let expected = ImplicitError::WrongLength {
+    let expected = ImplicitError::Membrane(MembraneError::WrongLength {
         what: "points",
         given: 100,
         expected: 101,
-    };
+    });
     assert_eq!(state.err(), Some(expected));
     let mut points = inflate(Scheme::TrBdf2).state().points.to_vec();
     let zero = vec![[0.0; 2]; 101];

@@ -5,8 +5,8 @@ use crate::common;
 use common::{RunWith, apart, apex, balloon, inflate, reference_body, runge_kutta};
 use membrane_implicit::DiscreteMembrane;
 use membrane_implicit::{
-    Body, ImplicitError, Load, Measure, Membrane, Motion, PressureLaw, ReferenceShape, Scheme,
-    Stiffness, Stop, TimeStep, Tolerance, Work,
+    Body, ImplicitError, Load, Measure, Membrane, MembraneError, Motion, PressureLaw,
+    ReferenceShape, Scheme, Stiffness, Stop, TimeStep, Tolerance, Work,
 };
 
 /// Independent method of lines at N = 101 with an explicit scheme of order 8, rtol 1e-11: apex and
@@ -169,11 +169,11 @@ fn dense_output_has_the_accuracy_of_the_steps() {
         assert!(
             matches!(
                 before,
-                Err(ImplicitError::OutOfRange {
+                Err(ImplicitError::Membrane(MembraneError::OutOfRange {
                     what: "time",
                     given: 0.0,
                     ..
-                })
+                }))
             ),
             "{before:?}"
         );
@@ -246,22 +246,22 @@ fn a_set_state_has_no_previous_step() {
     for (what, n, m, given) in [("points", 100, 101, 100), ("velocities", 101, 102, 102)] {
         let refused = set.at_into(2.0, &mut lists(n), &mut lists(m));
         let expected = 101;
-        let length = ImplicitError::WrongLength {
+        let length = ImplicitError::Membrane(MembraneError::WrongLength {
             what,
             given,
             expected,
-        };
+        });
         assert_eq!(refused, Err(length));
     }
     let before = set.at_into(1.0, &mut points, &mut velocities);
     assert_eq!(
         before,
-        Err(ImplicitError::OutOfRange {
+        Err(ImplicitError::Membrane(MembraneError::OutOfRange {
             what: "time",
             given: 1.0,
             least: 2.0,
             most: 2.0
-        })
+        }))
     );
 }
 

@@ -166,7 +166,10 @@ fn an_unfactored_system_is_an_error() {
     assert_eq!(lu.solve_into(&mut [1.0; 2]), Ok(()));
     assert!(matches!(
         lu.solve_into(&mut [1.0; 3]),
-        Err(NewtonError::WrongLength { given: 3, .. })
+        Err(NewtonError::Membrane(MembraneError::WrongLength {
+            given: 3,
+            ..
+        }))
     ));
     zeros.clear();
     assert!(matches!(
@@ -197,11 +200,11 @@ fn an_unfactored_system_is_an_error() {
     let refused = border.correct(&mut [0.0], 0.0);
     let (given, expected) = (1, 2);
     let what = "unknowns within a border";
-    let expected = NewtonError::WrongLength {
+    let expected = NewtonError::Membrane(MembraneError::WrongLength {
         what,
         given,
         expected,
-    };
+    });
     assert_eq!(refused, Err(expected));
 }
 

@@ -183,8 +183,7 @@ fn shortened_steps_are_not_rounding() {
 /// The logarithm, undefined for x <= 0.
 fn logarithm(x: f64) -> Result<f64, NewtonError> {
     if x <= 0.0 {
-        let (what, given, above) = ("logarithm", x, 0.0);
-        return Err(MembraneError::OutOfRange { what, given, above }.into());
+        MembraneError::within("logarithm", x, f64::MIN_POSITIVE, f64::MAX)?;
     }
     Ok(x.ln())
 }

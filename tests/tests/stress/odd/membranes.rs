@@ -337,11 +337,11 @@ fn membrane_newton_accepts_any_input() {
         let refused = border.correct(&mut [1.0; 7], corner);
         assert!(matches!(
             refused,
-            Err(NewtonError::WrongLength {
+            Err(NewtonError::Membrane(MembraneError::WrongLength {
                 given: 7,
                 expected: 3,
                 ..
-            })
+            }))
         ));
     }
 }
@@ -437,11 +437,11 @@ fn membrane_implicit_accepts_any_input() {
             let refused = evolution.distance_to(&[]);
             assert!(matches!(
                 refused,
-                Err(ImplicitError::WrongLength {
+                Err(ImplicitError::Membrane(MembraneError::WrongLength {
                     given: 0,
                     expected: 5,
                     ..
-                })
+                }))
             ));
             let _ = evolution.residual();
             let _ = evolution.is_monotone();
