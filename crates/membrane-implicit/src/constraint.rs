@@ -1,9 +1,9 @@
 //! The equation that a load adds to a stage.
 
-use membrane_newton::{DiscreteMembrane, Measure};
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError};
 
 use crate::body::{Body, LoadState};
-use crate::error::{ImplicitError, Result};
+use crate::error::{ImplicitError, Result, positive};
 use crate::load::Load;
 use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
@@ -97,8 +97,10 @@ impl Answer {
     }
 }
 
-/// Rejects a load, law or material that the scheme does not support.
+/// Rejects a load, law or material that the scheme does not support, and a mass or damping out of range.
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
+    positive("mass", body.mass)?;
+    MembraneError::within("damping", body.damping, 0.0, f64::MAX)?;
     match scheme.unsupported(load, body.discrete.membrane()) {
         None => Ok(()),
         Some(what) => Err(ImplicitError::Unsupported { scheme, what }),

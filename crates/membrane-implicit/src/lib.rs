@@ -48,6 +48,10 @@ pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,
 };
-pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
+pub use motion::{
+    Motion, State,
+    adaptive::Tolerance,
+    run::{Stop, TimeStep},
+};
 pub use scheme::{Jacobian, LoadKind, Scheme};
 pub use work::Work;
