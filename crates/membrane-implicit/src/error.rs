@@ -2,7 +2,7 @@
 
 use membrane_newton::{MembraneError, NewtonError};
 
-use crate::evolution::Evolution;
+use crate::report::Evolution;
 use crate::scheme::Scheme;
 
 pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;

@@ -7,9 +7,9 @@ use membrane_newton::{DiscreteMembrane, Measure, Membrane, MembraneError};
 
 use crate::body::Body;
 use crate::error::{ImplicitError, Result, positive};
-use crate::evolution::{Evolution, Frame};
 use crate::load::Load;
 use crate::motion::Motion;
+use crate::report::{Evolution, Frame};
 use crate::scheme::{Jacobian, Scheme};
 
 /// Options of [`evolve`]; the defaults are those of the paper where it specifies them.

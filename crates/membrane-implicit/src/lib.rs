@@ -28,20 +28,17 @@ mod body;
 mod constraint;
 mod energy;
 mod error;
-mod evolution;
 mod evolving;
 mod kinematics;
 mod load;
 mod method;
 mod motion;
 mod mover;
+mod report;
 mod scheme;
-mod work;
 
 pub use body::{Body, LoadState};
-pub use energy::Energy;
 pub use error::ImplicitError;
-pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use load::{Feedback, Load};
 pub use membrane_newton::{
@@ -53,5 +50,5 @@ pub use motion::{
     adaptive::Tolerance,
     run::{Stop, TimeStep},
 };
+pub use report::{Energy, Evolution, Frame, Work};
 pub use scheme::{Jacobian, LoadKind, Scheme};
-pub use work::Work;

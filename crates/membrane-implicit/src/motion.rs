@@ -9,14 +9,13 @@ use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Pair, PressureLa
 use self::adaptive::Tolerance;
 use crate::body::{Body, FARTHEST};
 use crate::constraint::{Constraint, check_support, derivatives};
-use crate::energy::Energy;
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::Kinematics;
 use crate::load::Load;
 use crate::mover::Mover;
+use crate::report::{Energy, Work};
 use crate::scheme::LoadKind;
 use crate::scheme::{Jacobian, Scheme};
-use crate::work::Work;
 
 /// An initial-value problem and its current state.
 ///

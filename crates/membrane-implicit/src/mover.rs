@@ -5,14 +5,14 @@ use membrane_newton::{DiscreteMembrane, MembraneError, dot_in_eight as dot};
 
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
-use crate::energy::{Energy, Ledger};
+use crate::energy::Ledger;
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
 use crate::method::stage::{Implicit, LocalError, Stage};
+use crate::report::{Energy, Work};
 use crate::scheme::LoadKind;
 use crate::scheme::{Jacobian, Scheme};
-use crate::work::Work;
 
 /// The method of a step, with its workspace.
 #[derive(Debug, Clone)]

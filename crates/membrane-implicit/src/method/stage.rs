@@ -12,8 +12,8 @@ use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, slope};
+use crate::report::Work;
 use crate::scheme::Jacobian;
-use crate::work::Work;
 
 const MAX_ITERATIONS: usize = 40;
 /// Tolerance on the estimated error of positions, as a fraction of the membrane's length. It is below the rounding of a position because

@@ -5,9 +5,9 @@ use membrane_newton::MembraneError;
 use super::{Motion, view};
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result, positive};
+use crate::report::Work;
 use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
-use crate::work::Work;
 
 /// The largest local error allowed in one step, as root mean square over the nodes.
 ///
