@@ -68,7 +68,8 @@ impl LinearEquilibrium {
     }
 
     /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under a force f per material length, with f / lambda = `ratio` (cm): the
-    /// arc that a pressure mu lambda bends, where R mu^2 = (f / lambda) sin(mu / 2) has one root mu in (0, 2 pi) (appendix, constants corrected).
+    /// same arc as under the pressure mu lambda, where mu is the root of R mu^2 = (f / lambda) sin(mu / 2) in (0, 2 pi) (appendix, constants
+    /// corrected).
     ///
     /// ```
     /// let circle = membrane_forces::LinearEquilibrium::circle(1.0, 10.0)?;

@@ -179,11 +179,11 @@ impl Membrane {
         }
     }
 
-    /// lambda(s) + 4 lambda_2(s): the stiffness of springs in the limit of fine meshes.
+    /// Returns lambda(s) + 4 lambda_2(s), the stiffness of springs in the limit of fine meshes.
     ///
     /// # Errors
     /// A stiffness that is not finite or not positive; [`MembraneError::OtherMaterial`].
-    pub(crate) fn effective_stiffness(&self, s: f64) -> Result<f64> {
+    pub fn effective_stiffness(&self, s: f64) -> Result<f64> {
         match &self.material {
             Material::Springs { stiffness, second } => {
                 let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;

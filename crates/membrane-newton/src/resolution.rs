@@ -81,7 +81,7 @@ impl Resolution {
         let pieces = discrete.pieces(discrete.start())?;
         Ok(Self {
             start: discrete.measures(discrete.start())?.finite()?,
-            profile: Sampled::new(&discrete.membrane().material, &pieces)?,
+            profile: Sampled::new(discrete.membrane(), &pieces)?,
             discrete: Box::new(discrete),
             adaptive,
             coarse: None,
@@ -189,12 +189,9 @@ pub(crate) struct Sampled {
 }
 
 impl Sampled {
-    fn new(material: &Material, pieces: &[CurvePiece]) -> Result<Self, MembraneError> {
-        let profile = |s: f64| match material {
-            Material::Springs { stiffness, second } => {
-                let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;
-                Ok::<f64, MembraneError>(stiffness.at(s)? + 4.0 * second)
-            }
+    fn new(membrane: &Membrane, pieces: &[CurvePiece]) -> Result<Self, MembraneError> {
+        let profile = |s: f64| match &membrane.material {
+            Material::Springs { .. } => membrane.effective_stiffness(s),
             Material::Rubber(rubber) => rubber.thickness.at(s),
         };
         let (mut error, mut range) = (0.0, [f64::INFINITY, 0.0f64]);
@@ -220,7 +217,7 @@ impl Sampled {
         }
         Ok(Self {
             error,
-            contrast: match material {
+            contrast: match &membrane.material {
                 Material::Springs { .. } if !pieces.is_empty() => range[1] / range[0],
                 _ => 1.0,
             },
