@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, RubberState, collapse};
 
-use crate::cause::SLACK;
 use crate::constraint::check;
 use crate::error::{NewtonError, Result, own};
+use crate::limit::SLACK;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 

@@ -32,7 +32,6 @@
 mod banded;
 mod block;
 mod border;
-mod cause;
 mod constraint;
 mod continuation;
 mod equilibrium;
