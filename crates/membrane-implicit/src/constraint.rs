@@ -4,6 +4,7 @@ use membrane_newton::{DiscreteMembrane, Measure, MembraneError};
 
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result, positive};
+use crate::kinematics::Kinematics;
 use crate::load::Load;
 use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
@@ -38,17 +39,11 @@ impl<'a> Constraint<'a> {
     }
 
     /// Returns the intensity at a state of `body`; `of_volume` for a prescribed volume, whose intensity is part of the solution.
-    pub(crate) fn intensity(
-        &self,
-        body: &Body,
-        time: f64,
-        (nodes, velocities): (&[f64], &[f64]),
-        of_volume: f64,
-    ) -> Result<f64> {
-        let now = || body.load_state(time, nodes, velocities);
+    pub(crate) fn intensity(&self, body: &Body, at: &Kinematics, of_volume: f64) -> Result<f64> {
+        let now = || at.load_state(body);
         Ok(match self {
             Self::Intensity(value) => *value,
-            Self::TotalForce(value) => value / Measure::Surface.of(nodes.as_chunks().0),
+            Self::TotalForce(value) => value / Measure::Surface.of(at.nodes.as_chunks().0),
             Self::Volume(_) => of_volume,
             Self::Feedback(load) => load.at(&now())?,
             Self::Answer(answer) => answer.intensity(&now()),

@@ -169,8 +169,7 @@ impl Mover {
             }
             (acceleration - curvature - response[0]) / (response[1] - response[0])
         } else {
-            let state = (&*now.nodes, &*now.velocity);
-            constraint.intensity(body, now.time, state, f64::NAN)?
+            constraint.intensity(body, now, f64::NAN)?
         };
         work.force_calls += 1;
         now.respond(body, intensity)

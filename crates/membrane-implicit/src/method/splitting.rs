@@ -27,8 +27,7 @@ pub(crate) fn kick_and_drift(
     new.nodes.copy_from_slice(&now.nodes);
     new.velocity.copy_from_slice(&now.velocity);
     new.intensity = now.intensity;
-    // The elastic force before the last kick.
-    let force = &mut new.acceleration;
+    // `acceleration` is the elastic force before the last kick
     let mut reach = 0.0;
     for k in 0..kicks.len() {
         if k > 0 {
@@ -41,35 +40,35 @@ pub(crate) fn kick_and_drift(
             };
             let speed = dot(&new.velocity, &new.velocity);
             account.damping += 0.5 * m * ds * speed * (1.0 - decay * decay);
-            account.numerical += 0.5 * ds * drift * dot(force, &new.velocity);
+            account.numerical += 0.5 * ds * drift * dot(&new.acceleration, &new.velocity);
             for (node, v) in new.nodes.iter_mut().zip(new.velocity.iter_mut()) {
                 *node += drift * *v;
                 *v *= decay;
             }
             reach = drift / decay;
             let held = new.intensity;
-            new.intensity = {
-                let state = (&*new.nodes, &*new.velocity);
-                constraints[k - 1].intensity(body, new.time, state, held)?
-            };
+            new.intensity = constraints[k - 1].intensity(body, new, held)?;
         }
-        d.elastic_force_into(&new.nodes, force);
+        d.elastic_force_into(&new.nodes, &mut new.acceleration);
         if k == 0 {
             new.pressure.copy_from_slice(&now.pressure);
         } else {
             body.pressure_into(now.time, &new.nodes, new.intensity, &mut new.pressure)?;
             work.force_calls += 1;
         }
-        let (push, pull) = (dot(&new.pressure, &new.velocity), dot(force, &new.velocity));
+        let (push, pull) = (
+            dot(&new.pressure, &new.velocity),
+            dot(&new.acceleration, &new.velocity),
+        );
         account.numerical += 0.5 * ds * reach * pull;
         let kick = kicks[k] * dt;
-        let forces = force.iter().zip(&new.pressure);
+        let forces = new.acceleration.iter().zip(&new.pressure);
         for (v, (e, p)) in new.velocity.iter_mut().zip(forces) {
             *v += kick / m * (e + p);
         }
         let (push, pull) = (
             push + dot(&new.pressure, &new.velocity),
-            pull + dot(force, &new.velocity),
+            pull + dot(&new.acceleration, &new.velocity),
         );
         account.work += 0.5 * kick * ds * push;
         account.numerical -= 0.5 * kick * ds * pull;
@@ -159,10 +158,7 @@ impl ImplicitSplitting {
             *v = 2.0 * *v - (v0 + kick * p);
         }
         new.time = time + dt;
-        new.intensity = {
-            let state = (&*new.nodes, &*new.velocity);
-            constraint.intensity(body, new.time, state, now.intensity)?
-        };
+        new.intensity = constraint.intensity(body, new, now.intensity)?;
         d.elastic_force_into(&new.nodes, &mut new.acceleration);
         body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
         work.force_calls += 1;
