@@ -11,7 +11,7 @@ pub type Stiffness = Profile<false>;
 /// Thickness h(s) of rubber in its reference configuration, cm.
 pub type Thickness = Profile<true>;
 
-/// A positive quantity along the material coordinate s in [0, 1].
+/// A positive quantity along the material coordinate s in [0, 1]: a [`Thickness`] or a [`Stiffness`].
 ///
 /// Profiles of a function are equal if they share it, as clones do.
 ///
