@@ -168,14 +168,10 @@ impl PyEquilibrium {
 }
 
 fn finite(s: Vec<f64>) -> Result<Vec<f64>, MembraneError> {
-    match s.iter().find(|s| !s.is_finite()) {
-        Some(&given) => Err(MembraneError::OutOfRange {
-            what: "s",
-            given,
-            above: f64::NEG_INFINITY,
-        }),
-        None => Ok(s),
+    for &given in &s {
+        MembraneError::within("s", given, f64::MIN, f64::MAX)?;
     }
+    Ok(s)
 }
 
 pub(crate) fn report<'py>(py: Python<'py>, of: &NewtonReport) -> PyResult<Bound<'py, PyDict>> {

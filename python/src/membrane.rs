@@ -6,7 +6,7 @@ use crate::errors::Failure;
 use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, named};
 use crate::work::work;
-use heart_phantom::membrane_forces::{self, Profile, Quantity};
+use heart_phantom::membrane_forces::{self, Profile};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, PressureLaw,
     ReferenceShape, Rubber, Solver,
@@ -87,10 +87,10 @@ fn only_with(what: &str, given: Option<&Bound<'_, PyAny>>, of: &str) -> PyResult
 }
 
 /// A number, or samples from one end to the other.
-fn profile<Q: Quantity>(
+fn profile<const IS_THICKNESS: bool>(
     what: &str,
     given: Option<&Bound<'_, PyAny>>,
-) -> Result<Profile<Q>, Failure> {
+) -> Result<Profile<IS_THICKNESS>, Failure> {
     let Some(given) = given else {
         return Ok(Profile::UNIT);
     };
@@ -306,8 +306,8 @@ impl PyMembrane {
     }
 
     fn __repr__(&self) -> String {
-        let rest = self.membrane.reference().at(0.5).position[0];
-        let made_of = match self.membrane.material() {
+        let rest = self.membrane.reference.at(0.5).position[0];
+        let made_of = match &self.membrane.material {
             membrane_forces::Material::Springs { .. } => "springs",
             membrane_forces::Material::Rubber(_) => "rubber",
         };
@@ -474,7 +474,7 @@ pub(crate) fn solve_pair(
     let (inner, outer) = (inner.get().membrane.clone(), outer.get().membrane.clone());
     let solved = work(py, None, move |_| {
         let pair = Pair::new(Solver::new(&inner, by)?, Solver::new(&outer, by)?)?;
-        pair.solve_gain(volume_gain, &NewtonOptions::default())
+        pair.solve(Control::VolumeGain(volume_gain), &NewtonOptions::default())
     })?;
     Ok(PyPairEquilibrium {
         pair: solved,

@@ -104,6 +104,17 @@ impl Reference {
     }
 }
 
+/// Returns the sum of `row` times `points`.
+#[inline]
+pub(crate) fn combine(row: &[f64], points: impl Iterator<Item = [f64; 2]>) -> [f64; 2] {
+    let mut sum = [0.0; 2];
+    for (factor, point) in row.iter().zip(points) {
+        sum[0] += factor * point[0];
+        sum[1] += factor * point[1];
+    }
+    sum
+}
+
 /// Barycentric weight of node j, up to a common factor.
 fn weight(j: usize, degree: usize) -> f64 {
     let half = if j == 0 || j == degree { 0.5 } else { 1.0 };

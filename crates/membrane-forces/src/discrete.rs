@@ -5,11 +5,10 @@ use std::fmt::Debug;
 use std::sync::Arc;
 
 use crate::curve::CurvePiece;
-use crate::error::{MembraneError, Result, finite, length};
+use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
-use crate::material::Material;
 use crate::measures::{Measure, Measures};
-use crate::membrane::Membrane;
+use crate::membrane::{Material, Membrane};
 use crate::nodes::Nodes;
 use crate::reference::CurvePoint;
 use crate::tangent::{Layout, Tangent};
@@ -50,9 +49,14 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Properties that do not depend on the discretisation.
     fn setting(&self) -> &Setting;
 
+    /// The discretised membrane.
+    fn membrane(&self) -> &Membrane {
+        &self.setting().membrane
+    }
+
     /// Pressure law of the membrane.
     fn law(&self) -> PressureLaw {
-        self.setting().membrane.law()
+        self.membrane().law
     }
 
     /// Reference configuration moved to the fixed ends ([`Membrane::with_ends`]): the initial state of solvers.
@@ -82,7 +86,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// Intensity that moves a membrane of this length by about that length.
     fn intensity_scale(&self, length: f64) -> f64 {
-        match self.setting().membrane.material() {
+        match &self.membrane().material {
             Material::Springs { .. } => self.law().intensity_scale(self.stiffness_scale(), length),
             // of a sphere of this meridian, some stiffness over its radius
             Material::Rubber(_) => PI * self.stiffness_scale() / length,
@@ -114,7 +118,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         let setting = self.setting();
         setting.check_state(nodes)?;
         finite("force intensity", intensity)?;
-        length("forces", out.len(), nodes.len())?;
+        MembraneError::length("forces", out.len(), nodes.len())?;
         setting.elastic.push_into(nodes, intensity, out)?;
         setting.hold(out);
         Ok(())
@@ -135,8 +139,8 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
         let setting = self.setting();
         setting.check_state(nodes)?;
         finite("force intensity", intensity)?;
-        length("forces", out.len(), nodes.len())?;
-        length("scratch of forces", scratch.len(), nodes.len())?;
+        MembraneError::length("forces", out.len(), nodes.len())?;
+        MembraneError::length("scratch of forces", scratch.len(), nodes.len())?;
         let volume = (setting.elastic).forces_into(nodes, intensity, scratch, out)?;
         setting.hold(out);
         Ok(volume)
@@ -296,7 +300,7 @@ pub(crate) trait Elastic: Debug + Send + Sync {
 /// The properties of a discretised membrane that do not depend on the discretisation; the methods of [`DiscreteMembrane`] document each.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    membrane: Membrane,
+    pub(crate) membrane: Membrane,
     pub(crate) nodes: Nodes,
     start: Vec<f64>,
     fixed: Vec<usize>,
@@ -306,12 +310,6 @@ pub struct Setting {
 }
 
 impl Setting {
-    /// Returns the discretised membrane.
-    #[must_use]
-    pub fn membrane(&self) -> &Membrane {
-        &self.membrane
-    }
-
     /// Collects the properties of `membrane`, with its start at all or at more `nodes`.
     pub(crate) fn new(
         membrane: &Membrane,
@@ -327,7 +325,7 @@ impl Setting {
             (true, true) => fixed.push(last),
             (true, false) => (),
         }
-        let blows_up = membrane.law().blows_up();
+        let blows_up = membrane.law.blows_up();
         Self {
             membrane: membrane.clone(),
             nodes,
@@ -360,6 +358,6 @@ impl Setting {
     }
 
     pub(crate) fn check_state(&self, nodes: &[f64]) -> Result<()> {
-        length("nodes", nodes.len(), self.start.len())
+        MembraneError::length("nodes", nodes.len(), self.start.len())
     }
 }

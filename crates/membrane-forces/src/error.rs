@@ -9,14 +9,16 @@ pub(crate) type Result<T, E = MembraneError> = std::result::Result<T, E>;
 #[non_exhaustive]
 pub enum MembraneError {
     /// A number is out of range.
-    #[error("{what} is {given:?}; it must be {}", allowed(*above))]
+    #[error("{what} is {given:?}; it must be {}", allowed(*least, *most))]
     OutOfRange {
         /// The argument's name.
         what: &'static str,
         /// The given value.
         given: f64,
-        /// The bound that the value, which must be finite, must exceed: minus infinity for none, the largest negative number if zero is allowed.
-        above: f64,
+        /// Smallest value allowed; [`f64::MIN`] for any finite one.
+        least: f64,
+        /// Largest value allowed; [`f64::MAX`] for any finite one.
+        most: f64,
     },
     /// The stiffness of springs, or the thickness of rubber, is zero, negative, NaN or infinite somewhere.
     #[error("{what} is {given:?} at s = {s:?}; it must be positive and finite")]
@@ -48,14 +50,14 @@ pub enum MembraneError {
         /// The largest allowed count.
         most: usize,
     },
-    /// A list or a state has a wrong length.
-    #[error("{what}: {given} numbers given, {expected} needed")]
+    /// A list, a state or a matrix has a wrong size.
+    #[error("{what}: {given} given, {expected} needed")]
     WrongLength {
-        /// Name of the list.
+        /// Name of the list, or of the rows or diagonals of a matrix.
         what: &'static str,
-        /// The given length.
+        /// The given size.
         given: usize,
-        /// The required length.
+        /// The required size.
         expected: usize,
     },
     /// A matrix entry that is not stored.
@@ -196,54 +198,73 @@ pub enum MembraneError {
     },
 }
 
-/// The exclusive lower bound of a number that may be zero.
-const BELOW_ZERO: f64 = 0f64.next_down();
-
-/// Describes the range of finite numbers above a bound.
-fn allowed(above: f64) -> String {
-    match above {
-        f64::NEG_INFINITY => "finite".into(),
-        BELOW_ZERO => "finite and not negative".into(),
-        0.0 => "finite and positive".into(),
-        above => format!("finite and greater than {above:?}"),
+/// Describes the finite numbers from `least` to `most`.
+fn allowed(least: f64, most: f64) -> String {
+    let is_positive = least > 0.0 && least <= f64::MIN_POSITIVE;
+    match (least, most) {
+        (f64::MIN, f64::MAX) => "finite".into(),
+        (0.0, f64::MAX) => "finite and not negative".into(),
+        (_, f64::MAX) if is_positive => "finite and positive".into(),
+        (_, most) if is_positive => format!("positive and at most {most:?}"),
+        (least, f64::MAX) => format!("finite and at least {least:?}"),
+        (least, most) => format!("between {least:?} and {most:?}"),
     }
 }
 
-/// `given` if it is finite and exceeds `above`.
-fn exceeding(what: &'static str, given: f64, above: f64) -> Result<f64> {
-    if given.is_finite() && given > above {
-        Ok(given)
-    } else {
-        Err(MembraneError::OutOfRange { what, given, above })
+impl MembraneError {
+    /// Returns `given` if it is finite and from `least` to `most`.
+    ///
+    /// ```
+    /// use membrane_forces::MembraneError;
+    /// let error = MembraneError::within("damping", -0.5, 0.0, f64::MAX).unwrap_err();
+    /// assert_eq!(error.to_string(), "damping is -0.5; it must be finite and not negative");
+    /// ```
+    ///
+    /// # Errors
+    /// [`MembraneError::OutOfRange`].
+    pub fn within(what: &'static str, given: f64, least: f64, most: f64) -> Result<f64> {
+        if given.is_finite() && given >= least && given <= most {
+            Ok(given)
+        } else {
+            Err(Self::OutOfRange {
+                what,
+                given,
+                least,
+                most,
+            })
+        }
+    }
+
+    /// Rejects a size `given` other than `expected`.
+    ///
+    /// # Errors
+    /// [`MembraneError::WrongLength`].
+    pub fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
+        if given == expected {
+            Ok(())
+        } else {
+            Err(Self::WrongLength {
+                what,
+                given,
+                expected,
+            })
+        }
     }
 }
 
 /// `given` if it is finite.
 pub(crate) fn finite(what: &'static str, given: f64) -> Result<f64> {
-    exceeding(what, given, f64::NEG_INFINITY)
+    MembraneError::within(what, given, f64::MIN, f64::MAX)
 }
 
 /// `given` if it is finite and not negative.
 pub(crate) fn not_negative(what: &'static str, given: f64) -> Result<f64> {
-    exceeding(what, given, BELOW_ZERO)
+    MembraneError::within(what, given, 0.0, f64::MAX)
 }
 
 /// `given` if it is finite and positive.
 pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
-    exceeding(what, given, 0.0)
-}
-
-/// Rejects a list of `given` numbers where `expected` are needed.
-pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
-    if given == expected {
-        Ok(())
-    } else {
-        Err(MembraneError::WrongLength {
-            what,
-            given,
-            expected,
-        })
-    }
+    MembraneError::within(what, given, 0f64.next_up(), f64::MAX)
 }
 
 /// Rejects fewer than `least`.

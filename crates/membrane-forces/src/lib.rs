@@ -31,8 +31,6 @@
 
 mod band;
 mod chebyshev;
-mod closed_form;
-mod complex;
 mod crossing;
 mod curve;
 mod differences;
@@ -40,7 +38,6 @@ mod discrete;
 mod error;
 mod law;
 mod linear_equilibrium;
-mod material;
 mod measures;
 mod membrane;
 mod nodes;
@@ -56,7 +53,6 @@ mod strain_energy;
 mod tangent;
 
 pub use band::BandMatrix;
-pub use closed_form::{CircleEquilibrium, balloon_measures};
 pub use crossing::collapse;
 pub use curve::CurvePiece;
 pub use differences::FiniteDifferences;
@@ -64,10 +60,9 @@ pub use discrete::{DiscreteMembrane, Setting};
 pub use error::MembraneError;
 pub use law::PressureLaw;
 pub use linear_equilibrium::LinearEquilibrium;
-pub use material::{Material, Rubber};
 pub use measures::{Measure, Measures};
-pub use membrane::Membrane;
-pub use profile::{OfStiffness, OfThickness, Profile, Quantity, Stiffness, Thickness};
+pub use membrane::{Material, Membrane, Rubber};
+pub use profile::{Profile, Stiffness, Thickness};
 pub use reference::{CurvePoint, ReferenceShape};
 pub use spectral::SpectralElements;
 pub use strain_energy::{EnergyDerivatives, RubberState, StrainEnergy};

@@ -1,14 +1,15 @@
-//! The equilibrium under pressure per current length: a linear equation, solved exactly.
+//! Equilibria at constant stiffness: a linear equation, solved exactly.
 
 use std::f64::consts::PI;
+use std::ops::{Add, Mul};
 
 use crate::chebyshev::{bisect, gauss_legendre};
-use crate::complex::Complex;
-use crate::error::{MembraneError, Result, finite, positive};
+use crate::error::{MembraneError, Result, finite, not_negative, positive};
 use crate::measures::{Measure, Measures};
 use crate::reference::CurvePoint;
 
-/// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length.
+/// Exact equilibrium of a balloon or a disc of constant stiffness under the law per current length; of a disc also under a force per material
+/// length.
 ///
 /// With z = x + i y and kappa = p / lambda the equilibrium is z'' + i kappa z' = z0'', and variation of constants gives
 ///
@@ -35,8 +36,12 @@ impl LinearEquilibrium {
     /// The balloon of [`ReferenceShape::balloon`](crate::ReferenceShape::balloon) under a pressure p at constant stiffness lambda, in one unit.
     ///
     /// ```
-    /// let balloon = membrane_forces::LinearEquilibrium::balloon(8.5, 1.75, 3.0, 3.0)?;
+    /// use membrane_forces::LinearEquilibrium;
+    /// let balloon = LinearEquilibrium::balloon(8.5, 1.75, 3.0, 3.0)?;
     /// assert!((balloon.measures().volume - 180.00034338).abs() < 1e-8);
+    /// // the reference configuration (Table 2, corrected): area R (2 h + pi R / 2)
+    /// let rest = LinearEquilibrium::balloon(8.5, 1.75, 0.0, 1.0)?.measures();
+    /// assert!((rest.area - 34.560563750809).abs() < 1e-11);
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
     ///
@@ -60,6 +65,30 @@ impl LinearEquilibrium {
     pub fn disc(radius: f64, pressure: f64, stiffness: f64) -> Result<Self> {
         positive("radius", radius)?;
         Self::new([pressure, stiffness], radius, [0.5, 0.0, 0.0])
+    }
+
+    /// The disc of [`ReferenceShape::disc`](crate::ReferenceShape::disc) under a force f per material length, with f / lambda = `ratio` (cm): the
+    /// same arc as under the pressure mu lambda, where mu is the root of R mu^2 = (f / lambda) sin(mu / 2) in (0, 2 pi) (appendix, constants
+    /// corrected).
+    ///
+    /// ```
+    /// let circle = membrane_forces::LinearEquilibrium::circle(1.0, 10.0)?;
+    /// assert!((circle.kappa() - 3.162193779122982).abs() < 1e-14);
+    /// # Ok::<(), membrane_forces::MembraneError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// An argument that is not finite, a radius that is not positive, a negative ratio; sizes whose measures overflow.
+    pub fn circle(radius: f64, ratio: f64) -> Result<Self> {
+        positive("radius", radius)?;
+        not_negative("load over stiffness", ratio)?;
+        // With x = mu / 2: 4 R x = (f / lambda) sin(x) / x; the left rises, the right falls on (0, pi).
+        let half = match ratio {
+            0.0 => 0.0,
+            _ => bisect(0.0, PI, |x| 4.0 * radius * x > ratio * sinc(x)),
+        };
+        let mu = (2.0 * half).min((2.0 * PI).next_down());
+        Self::new([mu, 1.0], radius, [0.5, 0.0, 0.0])
     }
 
     fn new([p, lambda]: [f64; 2], radius: f64, [cap, source, omega]: [f64; 3]) -> Result<Self> {
@@ -87,6 +116,12 @@ impl LinearEquilibrium {
             this.measures().finite()?;
         }
         Ok(this)
+    }
+
+    /// Returns kappa = p / lambda: for a disc the angle through which the arc turns, mu. Its radius is R / sin(mu / 2).
+    #[must_use]
+    pub fn kappa(&self) -> f64 {
+        self.kappa
     }
 
     /// z(s) and z'(s) from z'(0) as it stands.
@@ -177,4 +212,36 @@ fn turn(rate: f64, s: f64) -> Complex {
 /// sin(x) / x.
 fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-8 { 1.0 } else { x.sin() / x }
+}
+
+/// Real and imaginary part.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Complex(f64, f64);
+
+impl Complex {
+    /// Absolute value.
+    fn norm(self) -> f64 {
+        self.0.hypot(self.1)
+    }
+}
+
+impl Add for Complex {
+    type Output = Self;
+    fn add(self, b: Self) -> Self {
+        Self(self.0 + b.0, self.1 + b.1)
+    }
+}
+
+impl Mul for Complex {
+    type Output = Self;
+    fn mul(self, b: Self) -> Self {
+        Self(self.0 * b.0 - self.1 * b.1, self.0 * b.1 + self.1 * b.0)
+    }
+}
+
+impl Mul<f64> for Complex {
+    type Output = Self;
+    fn mul(self, b: f64) -> Self {
+        Self(self.0 * b, self.1 * b)
+    }
 }

@@ -1,14 +1,54 @@
-//! The continuous model: reference configuration, stiffness, pressure law, fixed ends.
+//! The continuous model: reference configuration, material, pressure law, fixed ends.
 
-use crate::error::{MembraneError, Result, finite};
+use crate::error::{MembraneError, Result, finite, positive};
 use crate::law::PressureLaw;
-use crate::material::{Material, Rubber};
-use crate::profile::Stiffness;
+use crate::profile::{Stiffness, Thickness};
 use crate::reference::{CurvePoint, ReferenceShape, check_sides};
-use crate::strain_energy::RubberState;
+use crate::strain_energy::{RubberState, StrainEnergy};
 
 /// Breakpoints that differ by less are one.
 pub(crate) const SAME: f64 = 1e-12;
+
+/// The material of a membrane.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Material {
+    /// The paper's springs: a force against the displacement, without hoop tension.
+    Springs {
+        /// lambda(s) between neighbours.
+        stiffness: Stiffness,
+        /// lambda_2(s) between second neighbours, if any.
+        second: Option<Stiffness>,
+    },
+    /// Rubber, with tensions along the meridian and around the axis.
+    Rubber(Rubber),
+}
+
+/// A sheet of incompressible rubber.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct Rubber {
+    /// Strain energy.
+    pub energy: StrainEnergy,
+    /// Thickness in the reference configuration, cm.
+    pub thickness: Thickness,
+}
+
+impl Rubber {
+    /// Creates a sheet of strain energy `energy` and reference thickness `thickness` (cm).
+    ///
+    /// # Errors
+    /// Those of [`StrainEnergy::check`].
+    pub fn new(energy: StrainEnergy, thickness: Thickness) -> Result<Self> {
+        energy.check()?;
+        Ok(Self { energy, thickness })
+    }
+
+    /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.
+    pub(crate) fn radius(&self, y: f64, s: f64) -> Result<f64> {
+        let what = "distance of the reference curve of rubber from the axis";
+        positive(what, if s > 0.5 { -y } else { y })
+    }
+}
 
 /// An elastic membrane in the plane of its axis of revolution.
 ///
@@ -22,19 +62,22 @@ pub(crate) const SAME: f64 = 1e-12;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Membrane {
-    rest: ReferenceShape,
-    material: Material,
-    law: PressureLaw,
+    /// Reference configuration c0(s).
+    pub reference: ReferenceShape,
+    /// Springs or rubber.
+    pub material: Material,
+    /// Pressure law.
+    pub law: PressureLaw,
     ends: [[f64; 2]; 2],
 }
 
 impl Membrane {
     /// Creates a membrane with stiffness 1, no second neighbours, force per material length, and ends fixed in the reference configuration.
     #[must_use]
-    pub fn new(rest: ReferenceShape) -> Self {
-        let ends = [rest.at(0.0).position, rest.at(1.0).position];
+    pub fn new(reference: ReferenceShape) -> Self {
+        let ends = [0.0, 1.0].map(|s| reference.at(s).position);
         Self {
-            rest,
+            reference,
             material: Material::Springs {
                 stiffness: Stiffness::UNIT,
                 second: None,
@@ -79,7 +122,7 @@ impl Membrane {
     /// use membrane_forces::{Material, Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
     /// let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::constant(0.05)?)?;
     /// let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?).with_rubber(latex);
-    /// assert!(matches!(balloon.material(), Material::Rubber(_)));
+    /// assert!(matches!(balloon.material, Material::Rubber(_)));
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
     #[must_use]
@@ -109,7 +152,7 @@ impl Membrane {
             finite("fixed end", *value)?;
         }
         self.ends = ends;
-        let rest = [0.0, 1.0].map(|s| self.rest.at(s).position);
+        let rest = [0.0, 1.0].map(|s| self.reference.at(s).position);
         let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let off = distance(ends[0], rest[1]) + distance(ends[1], rest[0]);
         if off < 0.1 * distance(rest[0], rest[1]) {
@@ -121,7 +164,7 @@ impl Membrane {
 
     /// Moves reference positions at s by the displacement of the ends.
     pub(crate) fn hold_ends<'a>(&self, nodes: impl Iterator<Item = (f64, &'a mut [f64; 2])>) {
-        let rest = [self.rest.at(0.0).position, self.rest.at(1.0).position];
+        let rest = [0.0, 1.0].map(|s| self.reference.at(s).position);
         let moved = |end: usize, k: usize| self.ends[end][k] - rest[end][k];
         for (s, node) in nodes {
             for k in 0..2 {
@@ -136,23 +179,11 @@ impl Membrane {
         }
     }
 
-    /// Returns the reference configuration c0(s).
-    #[must_use]
-    pub fn reference(&self) -> &ReferenceShape {
-        &self.rest
-    }
-
-    /// Returns the material.
-    #[must_use]
-    pub fn material(&self) -> &Material {
-        &self.material
-    }
-
-    /// lambda(s) + 4 lambda_2(s): the stiffness of springs in the limit of fine meshes.
+    /// Returns lambda(s) + 4 lambda_2(s), the stiffness of springs in the limit of fine meshes.
     ///
     /// # Errors
     /// A stiffness that is not finite or not positive; [`MembraneError::OtherMaterial`].
-    pub(crate) fn effective_stiffness(&self, s: f64) -> Result<f64> {
+    pub fn effective_stiffness(&self, s: f64) -> Result<f64> {
         match &self.material {
             Material::Springs { stiffness, second } => {
                 let second = second.as_ref().map_or(Ok(0.0), |second| second.at(s))?;
@@ -175,7 +206,7 @@ impl Membrane {
             let (what, needs) = ("stretches", "rubber");
             return Err(MembraneError::OtherMaterial { what, needs });
         };
-        let rest = self.rest.at(s.clamp(0.0, 1.0));
+        let rest = self.reference.at(s.clamp(0.0, 1.0));
         let speed = |point: &CurvePoint| point.first[0].hypot(point.first[1]);
         let l1 = speed(here) / speed(&rest);
         // the apex of a mirror-symmetric curve is on the axis; sine and cosine have rounding errors
@@ -183,8 +214,8 @@ impl Membrane {
             0.5 => l1,
             _ => here.position[1] / rest.position[1],
         };
-        let [w1, w2] = rubber.energy().at(l1, l2)?.by;
-        let thickness = rubber.thickness().at(s.clamp(0.0, 1.0))?;
+        let [w1, w2] = rubber.energy.at(l1, l2)?.by;
+        let thickness = rubber.thickness.at(s.clamp(0.0, 1.0))?;
         Ok(RubberState {
             stretches: [l1, l2, 1.0 / (l1 * l2)],
             tensions: [thickness * w1 / l2, thickness * w2 / l1],
@@ -205,7 +236,7 @@ impl Membrane {
 
     /// Returns the points at which reference configuration or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
     pub(crate) fn breakpoints(&self, half: bool) -> Vec<f64> {
-        let mut all = self.rest.breakpoints().to_vec();
+        let mut all = self.reference.breakpoints().to_vec();
         match &self.material {
             Material::Springs { stiffness, second } => {
                 all.extend(stiffness.breakpoints());
@@ -213,7 +244,7 @@ impl Membrane {
                     all.extend(second.breakpoints());
                 }
             }
-            Material::Rubber(rubber) => all.extend(rubber.thickness().breakpoints()),
+            Material::Rubber(rubber) => all.extend(rubber.thickness.breakpoints()),
         }
         if half {
             all.retain(|&b| b < 0.5);
@@ -233,12 +264,6 @@ impl Membrane {
             *last = if half { 0.5 } else { 1.0 };
         }
         all
-    }
-
-    /// Returns the pressure law.
-    #[must_use]
-    pub fn law(&self) -> PressureLaw {
-        self.law
     }
 
     /// Returns the positions [x, y] at which s = 0 and s = 1 are fixed.

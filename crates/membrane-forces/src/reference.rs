@@ -50,6 +50,12 @@ enum Piece {
     Function(Shared<CurveFunction>),
 }
 
+impl Piece {
+    fn line(from: [f64; 2], to: [f64; 2]) -> Self {
+        Self::Line { from, to }
+    }
+}
+
 impl ReferenceShape {
     /// A cylinder of length `h` closed by a hemisphere of radius `radius` (cm), open at x = 0 (Rohmer et al. 2006, Table 1).
     ///
@@ -69,23 +75,18 @@ impl ReferenceShape {
         let length = 2.0 * h + PI * radius;
         let line = h / length;
         rising(&[line, 1.0 - line])?;
+        let cap = Piece::Arc {
+            centre: [h, 0.0],
+            radius,
+            start: PI / 2.0,
+            sweep: -PI,
+        };
         Ok(Self {
             breaks: vec![0.0, line, 1.0 - line, 1.0],
             pieces: vec![
-                Piece::Line {
-                    from: [0.0, radius],
-                    to: [h, radius],
-                },
-                Piece::Arc {
-                    centre: [h, 0.0],
-                    radius,
-                    start: PI / 2.0,
-                    sweep: -PI,
-                },
-                Piece::Line {
-                    from: [h, -radius],
-                    to: [0.0, -radius],
-                },
+                Piece::line([0.0, radius], [h, radius]),
+                cap,
+                Piece::line([h, -radius], [0.0, -radius]),
             ],
         })
     }
@@ -98,10 +99,7 @@ impl ReferenceShape {
         positive("radius", radius)?;
         Ok(Self {
             breaks: vec![0.0, 1.0],
-            pieces: vec![Piece::Line {
-                from: [0.0, radius],
-                to: [0.0, -radius],
-            }],
+            pieces: vec![Piece::line([0.0, radius], [0.0, -radius])],
         })
     }
 
@@ -130,13 +128,7 @@ impl ReferenceShape {
         let total = lengths[points.len() - 1];
         Ok(Self {
             breaks: lengths.iter().map(|l| l / total).collect(),
-            pieces: points
-                .windows(2)
-                .map(|p| Piece::Line {
-                    from: p[0],
-                    to: p[1],
-                })
-                .collect(),
+            pieces: (points.windows(2).map(|p| Piece::line(p[0], p[1]))).collect(),
         })
     }
 

@@ -6,9 +6,8 @@ use crate::chebyshev::Reference;
 use crate::curve::CurvePiece;
 use crate::discrete::{DiscreteMembrane, Elastic, Setting};
 use crate::error::{MembraneError, Result, at_least, at_most, finite};
-use crate::material::Material;
 use crate::measures::{Measure, Measures};
-use crate::membrane::Membrane;
+use crate::membrane::{Material, Membrane};
 use crate::nodes::{Nodes, is_mirrored};
 use crate::reference::CurvePoint;
 use crate::rubber_energy::RubberEnergy;
@@ -35,12 +34,12 @@ use crate::springs::ElementSprings;
 pub struct SpectralElements {
     setting: Setting,
     pub(crate) reference: Arc<Reference>,
-    elements: Vec<Element>,
+    pub(crate) elements: Vec<Element>,
 }
 
 /// The part of a curve from s = `from` to `to`.
 #[derive(Debug, Clone)]
-struct Element {
+pub(crate) struct Element {
     from: f64,
     to: f64,
 }
@@ -81,7 +80,7 @@ impl SpectralElements {
         membrane.check_law()?;
         let reference = Arc::new(Reference::new(degree));
         let whole = Self::on(membrane, &reference, per_piece, false)?;
-        match (whole.is_symmetric(), membrane.material()) {
+        match (whole.is_symmetric(), &membrane.material) {
             (true, _) => Self::on(membrane, &reference, per_piece, true),
             (false, Material::Springs { .. }) => Ok(whole),
             (false, Material::Rubber(_)) => Err(MembraneError::NotMirrored),
@@ -106,10 +105,10 @@ impl SpectralElements {
                 });
             }
         }
-        let curve = membrane.reference();
+        let curve = &membrane.reference;
         let mut start = vec![[0.0; 2]; elements.len() * (reference.nodes.len() - 1) + 1];
-        let mut springs = ElementSprings::new(membrane.law(), reference.clone(), half);
-        let mut energy = match membrane.material() {
+        let mut springs = ElementSprings::new(membrane.law, reference.clone(), half);
+        let mut energy = match &membrane.material {
             Material::Springs { .. } => None,
             Material::Rubber(rubber) => Some(RubberEnergy::new(rubber, reference.clone())),
         };
@@ -146,18 +145,6 @@ impl SpectralElements {
             reference: reference.clone(),
             elements,
         })
-    }
-
-    /// Degree p of the polynomials.
-    #[must_use]
-    pub fn degree(&self) -> usize {
-        self.reference.nodes.len() - 1
-    }
-
-    /// Number of elements.
-    #[must_use]
-    pub fn n_elements(&self) -> usize {
-        self.elements.len()
     }
 
     fn piece(&self, nodes: &[f64], e: usize) -> CurvePiece {

@@ -1,6 +1,6 @@
 //! Length, area, surface and volume of a spectral curve, by quadrature as accurate as the curve.
 
-use crate::chebyshev::{bisect, gauss_legendre};
+use crate::chebyshev::{bisect, combine, gauss_legendre};
 use crate::discrete::DiscreteMembrane;
 use crate::measures::{Measure, copies};
 use crate::spectral::SpectralElements;
@@ -16,13 +16,7 @@ impl Sample<'_> {
     /// Position and derivative by the element's own coordinate.
     #[inline]
     fn at(&self, local: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
-        let (mut c, mut d) = ([0.0; 2], [0.0; 2]);
-        for ((value, derivative), node) in self.value.iter().zip(self.derivative).zip(local) {
-            for k in 0..2 {
-                c[k] += value * node[k];
-                d[k] += derivative * node[k];
-            }
-        }
+        let [c, d] = [self.value, self.derivative].map(|row| combine(row, local.iter().copied()));
         (c, d)
     }
 }
@@ -36,7 +30,7 @@ impl SpectralElements {
     ) -> [f64; N] {
         let kinked = measures.iter().any(|measure| measure.has_kink());
         let mut sums = [0.0; N];
-        for e in 0..self.n_elements() {
+        for e in 0..self.elements.len() {
             let local = nodes[self.reference.window(e)].as_chunks::<2>().0;
             self.each_sample(local, kinked, |sample| {
                 let (c, d) = sample.at(local);
@@ -54,7 +48,7 @@ impl SpectralElements {
     }
 
     pub(crate) fn add_gradient(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
-        for e in 0..self.n_elements() {
+        for e in 0..self.elements.len() {
             let window = self.reference.window(e);
             let local = nodes[window.clone()].as_chunks::<2>().0;
             let out = out[window].as_chunks_mut::<2>().0;

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use crate::chebyshev::{Reference, gauss_legendre};
+use crate::chebyshev::{Reference, combine, gauss_legendre};
 use crate::discrete::Elastic;
 use crate::error::Result;
 use crate::law::PressureLaw;
@@ -259,6 +259,14 @@ struct SpringElement {
     gauss: Vec<f64>,
 }
 
+impl SpringElement {
+    /// Displacements of its nodes.
+    fn displacements<'a>(&'a self, nodes: &'a [[f64; 2]]) -> impl Iterator<Item = [f64; 2]> + 'a {
+        let pairs = nodes.iter().zip(&self.rest);
+        pairs.map(|(c, c0)| [c[0] - c0[0], c[1] - c0[1]])
+    }
+}
+
 impl ElementSprings {
     /// Creates a curve, or `half` of it, without elements.
     pub(crate) fn new(law: PressureLaw, reference: Arc<Reference>, half: bool) -> Self {
@@ -314,13 +322,9 @@ impl ElementSprings {
     fn direction(&self, state: &[f64], e: usize, i: usize) -> Result<([f64; 2], f64)> {
         let n = self.reference.nodes.len();
         let local = state[self.reference.window(e)].as_chunks::<2>().0;
-        let mut d = [0.0; 2];
-        for (a, c) in self.reference.derivative[i * n..].iter().zip(local) {
-            d[0] += a * c[0];
-            d[1] += a * c[1];
-        }
+        let d = combine(&self.reference.derivative[i * n..], local.iter().copied());
         let per_s = 1.0 / self.elements[e].length;
-        d = [d[0] * per_s, d[1] * per_s];
+        let d = d.map(|d| d * per_s);
         // d is c' itself: the change per unit s
         Ok((d, self.law.factor(d, 1.0, e * (n - 1) + i)?))
     }
@@ -353,11 +357,7 @@ impl Elastic for ElementSprings {
             let out = out[window].as_chunks_mut::<2>().0;
             let rows = element.matrix.chunks_exact(nodes.len());
             for (out, row) in out.iter_mut().zip(rows) {
-                let mut sum = [0.0; 2];
-                for ((a, c), c0) in row.iter().zip(nodes).zip(&element.rest) {
-                    sum[0] += a * (c[0] - c0[0]);
-                    sum[1] += a * (c[1] - c0[1]);
-                }
+                let sum = combine(row, element.displacements(nodes));
                 out[0] += sum[0];
                 out[1] += sum[1];
             }
@@ -418,23 +418,14 @@ impl Elastic for ElementSprings {
 
     fn energy(&self, nodes: &[f64], start: &[f64]) -> Result<f64> {
         let energy = |e: usize, state: &[f64]| {
-            let SpringElement {
-                length,
-                rest,
-                gauss,
-                ..
-            } = &self.elements[e];
+            let element = &self.elements[e];
             let local = state[self.reference.window(e)].as_chunks::<2>().0;
-            let rows = self.reference.derivative_to_gauss.chunks_exact(rest.len());
-            let terms = rows.zip(gauss).map(|(row, weight)| {
-                let mut d = [0.0; 2];
-                for ((a, c), c0) in row.iter().zip(local).zip(rest) {
-                    d[0] += a * (c[0] - c0[0]);
-                    d[1] += a * (c[1] - c0[1]);
-                }
-                0.5 * weight * (d[0] * d[0] + d[1] * d[1])
+            let rows = (self.reference.derivative_to_gauss).chunks_exact(local.len());
+            let terms = rows.zip(&element.gauss).map(|(row, weight)| {
+                let [x, y] = combine(row, element.displacements(local));
+                0.5 * weight * (x * x + y * y)
             });
-            terms.sum::<f64>() / length
+            terms.sum::<f64>() / element.length
         };
         let changes = (0..self.elements.len()).map(|e| energy(e, nodes) - energy(e, start));
         Ok(self.copies * changes.sum::<f64>())

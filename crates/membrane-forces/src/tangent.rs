@@ -1,7 +1,7 @@
 //! The derivative of forces by the state, and its storage.
 
 use crate::band::BandMatrix;
-use crate::error::{Result, at_least, length};
+use crate::error::{MembraneError, Result, at_least};
 
 /// The derivative of the forces by the state: dense blocks along the diagonal, coupled by a band.
 ///
@@ -69,12 +69,14 @@ impl Tangent {
 
     /// Rejects the tangent of another membrane.
     pub(crate) fn check(&self, of: Layout) -> Result<()> {
-        length("blocks", self.blocks.len(), of.blocks)?;
-        length("rows of the band", self.band.len(), of.rows)?;
+        MembraneError::length("blocks", self.blocks.len(), of.blocks)?;
+        MembraneError::length("rows of the band", self.band.len(), of.rows)?;
         let diagonals = self.band.lower().min(self.band.upper());
         at_least("diagonals on either side", diagonals, of.diagonals)?;
         let mut blocks = self.blocks.iter();
-        blocks.try_for_each(|block| length("numbers of a block", block.len(), of.size * of.size))
+        blocks.try_for_each(|block| {
+            MembraneError::length("numbers of a block", block.len(), of.size * of.size)
+        })
     }
 
     /// Rows of a block, 4 without blocks: two nodes.

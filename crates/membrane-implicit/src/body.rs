@@ -3,7 +3,7 @@
 use membrane_newton::membrane_forces::{FiniteDifferences, Material, Tangent, collapse};
 use membrane_newton::{BandMatrix, DiscreteMembrane, Measure, Membrane, MembraneError};
 
-use crate::error::{ImplicitError, Result, positive, within};
+use crate::error::{ImplicitError, Result, positive};
 
 /// Limits of positions (cm) and velocities (cm/s): beyond, volume and energy (cubes and squares times a stiffness) overflow.
 pub(crate) const FARTHEST: f64 = 1e100;
@@ -40,9 +40,9 @@ pub struct LoadState {
 pub struct Body {
     pub(crate) discrete: FiniteDifferences,
     /// Mass per unit s; for rubber the density.
-    pub(crate) mass: f64,
-    /// Damping per unit s; for rubber per mass.
-    damping: f64,
+    pub mass: f64,
+    /// Damping mu per unit s; for rubber eta per mass.
+    pub damping: f64,
     /// Volume of rubber of each unknown, zero for fixed ones; 1 for springs.
     pub(crate) volumes: Vec<f64>,
     /// Factor of a sum over nodes: ds for springs, whose forces are per unit s, 1 for rubber.
@@ -64,7 +64,7 @@ impl Body {
     /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, positions beyond 1e100 cm; a membrane of rubber.
     pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self> {
         let discrete = FiniteDifferences::new(membrane, n_nodes)?;
-        match membrane.material() {
+        match membrane.material {
             Material::Springs { .. } => {
                 let volumes = vec![1.0; discrete.start().len()];
                 let weight = discrete.ds();
@@ -99,7 +99,7 @@ impl Body {
     fn of(discrete: FiniteDifferences, mass: f64, volumes: Vec<f64>, weight: f64) -> Result<Self> {
         let start = discrete.start();
         for value in start {
-            within("reference position", *value, -FARTHEST, FARTHEST)?;
+            MembraneError::within("reference position", *value, -FARTHEST, FARTHEST)?;
         }
         let mut tangent = discrete.tangent();
         discrete.tangent_into(start, 0.0, &mut tangent)?;
@@ -137,20 +137,8 @@ impl Body {
     /// # Errors
     /// Negative, or not finite.
     pub fn with_damping(mut self, damping: f64) -> Result<Self> {
-        self.damping = within("damping", damping, 0.0, f64::MAX)?;
+        self.damping = MembraneError::within("damping", damping, 0.0, f64::MAX)?;
         Ok(self)
-    }
-
-    /// Returns the mass per unit s, or the density of rubber.
-    #[must_use]
-    pub fn mass(&self) -> f64 {
-        self.mass
-    }
-
-    /// Returns the damping mu per unit s, or eta of rubber per mass.
-    #[must_use]
-    pub fn damping(&self) -> f64 {
-        self.damping
     }
 
     /// Returns the discretised forces.
@@ -181,7 +169,7 @@ impl Body {
     }
 
     pub(crate) fn material(&self) -> &Material {
-        self.discrete.setting().membrane().material()
+        &self.discrete.membrane().material
     }
 
     /// Damping of a velocity, a force divided by the node's volume.

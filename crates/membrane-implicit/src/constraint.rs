@@ -1,11 +1,12 @@
 //! The equation that a load adds to a stage.
 
-use membrane_newton::{DiscreteMembrane, Measure};
+use membrane_newton::{DiscreteMembrane, Measure, MembraneError};
 
 use crate::body::{Body, LoadState};
-use crate::error::{ImplicitError, Result};
+use crate::error::{ImplicitError, Result, positive};
+use crate::kinematics::Kinematics;
 use crate::load::Load;
-use crate::load_kind::LoadKind;
+use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
 
 /// The quantity that a stage must meet.
@@ -38,17 +39,11 @@ impl<'a> Constraint<'a> {
     }
 
     /// Returns the intensity at a state of `body`; `of_volume` for a prescribed volume, whose intensity is part of the solution.
-    pub(crate) fn intensity(
-        &self,
-        body: &Body,
-        time: f64,
-        (nodes, velocities): (&[f64], &[f64]),
-        of_volume: f64,
-    ) -> Result<f64> {
-        let now = || body.load_state(time, nodes, velocities);
+    pub(crate) fn intensity(&self, body: &Body, at: &Kinematics, of_volume: f64) -> Result<f64> {
+        let now = || at.load_state(body);
         Ok(match self {
             Self::Intensity(value) => *value,
-            Self::TotalForce(value) => value / Measure::Surface.of(nodes.as_chunks().0),
+            Self::TotalForce(value) => value / Measure::Surface.of(at.nodes.as_chunks().0),
             Self::Volume(_) => of_volume,
             Self::Feedback(load) => load.at(&now())?,
             Self::Answer(answer) => answer.intensity(&now()),
@@ -97,9 +92,11 @@ impl Answer {
     }
 }
 
-/// Rejects a load, law or material that the scheme does not support.
+/// Rejects a load, law or material that the scheme does not support, and a mass or damping out of range.
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
-    match scheme.unsupported(load, body.discrete.setting().membrane()) {
+    positive("mass", body.mass)?;
+    MembraneError::within("damping", body.damping, 0.0, f64::MAX)?;
+    match scheme.unsupported(load, body.discrete.membrane()) {
         None => Ok(()),
         Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }

@@ -2,7 +2,7 @@
 
 use membrane_newton::{MembraneError, NewtonError};
 
-use crate::evolution::Evolution;
+use crate::report::Evolution;
 use crate::scheme::Scheme;
 
 pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
@@ -11,7 +11,7 @@ pub(crate) type Result<T, E = ImplicitError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ImplicitError {
-    /// The membrane cannot be discretised, or its material is not that of the call.
+    /// A number is out of range, a list has a wrong length, the membrane cannot be discretised, or its material is not that of the call.
     #[error(transparent)]
     Membrane(#[from] MembraneError),
     /// The forces are not defined in a state of the motion: neighbouring nodes coincide, or rubber is stretched beyond its limit.
@@ -34,34 +34,12 @@ pub enum ImplicitError {
         #[source]
         error: NewtonError,
     },
-    /// A number is out of range.
-    #[error("{what} is {given:?}; it must {}", allowed(*least, *most))]
-    OutOfRange {
-        /// The argument's name.
-        what: &'static str,
-        /// The given value.
-        given: f64,
-        /// Smallest value allowed.
-        least: f64,
-        /// Largest value allowed.
-        most: f64,
-    },
     /// A run without stops has no end.
     #[error("no stops are given; a run needs at least one")]
     NoStops,
     /// Two membranes cannot be a pair: [`Pair::check`](membrane_newton::Pair::check).
     #[error(transparent)]
     Pair(NewtonError),
-    /// The length of a list differs from the number of nodes.
-    #[error("{what}: {given} nodes given, {expected} expected")]
-    WrongLength {
-        /// The argument's name.
-        what: &'static str,
-        /// Nodes given.
-        given: usize,
-        /// Nodes of the membrane.
-        expected: usize,
-    },
     /// A given state moves a fixed node.
     #[error("node {node} is at {given:?}; it is fixed at {fixed:?}")]
     FixedNode {
@@ -161,45 +139,12 @@ pub enum ImplicitError {
     },
 }
 
-/// Describes a range, without the bounds that every finite number has.
-fn allowed(least: f64, most: f64) -> String {
-    match (least, most) {
-        (f64::MIN, f64::MAX) => "be finite".into(),
-        (f64::MIN_POSITIVE, f64::MAX) => "be positive and finite".into(),
-        (f64::MIN_POSITIVE, most) => format!("be positive and at most {most:?}"),
-        (least, f64::MAX) => format!("be at least {least:?} and finite"),
-        (least, most) => format!("lie in [{least:?}, {most:?}]"),
-    }
-}
-
-/// Rejects a list of `given` nodes if the membrane has `expected`.
-pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
-    if given == expected {
-        Ok(())
-    } else {
-        Err(ImplicitError::WrongLength {
-            what,
-            given,
-            expected,
-        })
-    }
-}
-
-/// Returns `given` if it is finite and within [`least`, `most`].
-pub(crate) fn within(what: &'static str, given: f64, least: f64, most: f64) -> Result<f64> {
-    if given.is_finite() && given >= least && given <= most {
-        Ok(given)
-    } else {
-        Err(ImplicitError::OutOfRange {
-            what,
-            given,
-            least,
-            most,
-        })
-    }
-}
-
 /// Returns `given` if it is finite and positive.
 pub(crate) fn positive(what: &'static str, given: f64) -> Result<f64> {
-    within(what, given, f64::MIN_POSITIVE, f64::MAX)
+    Ok(MembraneError::within(
+        what,
+        given,
+        f64::MIN_POSITIVE,
+        f64::MAX,
+    )?)
 }

@@ -3,20 +3,19 @@
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use membrane_newton::{DiscreteMembrane, Measure, Membrane};
+use membrane_newton::{DiscreteMembrane, Measure, Membrane, MembraneError};
 
 use crate::body::Body;
-use crate::error::{ImplicitError, Result, length, positive, within};
-use crate::evolution::{Evolution, Frame};
+use crate::error::{ImplicitError, Result, positive};
 use crate::load::Load;
 use crate::motion::Motion;
+use crate::report::{Evolution, Frame};
 use crate::scheme::{Jacobian, Scheme};
 
 /// Options of [`evolve`]; the defaults are those of the paper where it specifies them.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
-#[non_exhaustive]
 pub struct EvolvingOptions {
     /// Time step; default 2. From about 2 (mass 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
     pub dt: f64,
@@ -49,44 +48,13 @@ impl Default for EvolvingOptions {
     }
 }
 
-/// Declares methods that return the options with another value of one field.
-macro_rules! setters {
-    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
-        $(#[$doc])*
-        #[must_use]
-        pub fn $with(mut self, $field: $type) -> Self {
-            self.$field = $field;
-            self
-        }
-    )*};
-}
-
-impl EvolvingOptions {
-    setters! {
-        /// Sets the time step.
-        with_dt(dt: f64);
-        /// Sets the mass per unit s, over the largest stiffness.
-        with_mass(mass: f64);
-        /// Sets the damping mu per unit s, over the largest stiffness.
-        with_damping(damping: f64);
-        /// Sets the tolerance on the norm of the forces, relative to that before the first step.
-        with_tolerance(tolerance: f64);
-        /// Sets the largest number of steps.
-        with_max_steps(max_steps: usize);
-        /// Sets the derivative of the pressure force.
-        with_jacobian(jacobian: Jacobian);
-        /// Sets the number of steps between frames; 0 stores none.
-        with_frame_every(frame_every: usize);
-    }
-}
-
 impl Evolution {
     /// Largest distance between a node and its counterpart in `points`, cm.
     ///
     /// # Errors
-    /// [`ImplicitError::WrongLength`] if the numbers of points and nodes differ.
+    /// [`MembraneError::WrongLength`] if the numbers of points and nodes differ.
     pub fn distance_to(&self, points: &[[f64; 2]]) -> Result<f64> {
-        length("points to compare with", points.len(), self.points.len())?;
+        MembraneError::length("points to compare with", points.len(), self.points.len())?;
         let pairs = self.points.iter().zip(points);
         Ok(pairs
             .map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1]))
@@ -115,7 +83,7 @@ impl Evolution {
 /// # Errors
 /// [`ImplicitError::NotSettled`], with the evolution, if the norm is above the tolerance after `max_steps`;
 /// [`ImplicitError::Collapsed`] if the equilibrium encloses no body. Options out of range, a membrane that cannot be discretised, a step that cannot
-/// be made; [`ImplicitError::OutOfRange`] for forces whose norm is not finite.
+/// be made; [`MembraneError::OutOfRange`] for forces whose norm is not finite.
 pub fn evolve(
     membrane: &Membrane,
     n_nodes: usize,
@@ -142,10 +110,8 @@ pub fn evolve_observed<B>(
     mut observe: impl FnMut(usize, f64) -> ControlFlow<B>,
 ) -> Result<ControlFlow<B, Evolution>> {
     positive("time step", options.dt)?;
-    within("tolerance", options.tolerance, 0.0, f64::MAX)?;
-    within("total force", total_force, f64::MIN, f64::MAX)?;
-    positive("mass", options.mass)?;
-    within("damping", options.damping, 0.0, f64::MAX)?;
+    MembraneError::within("tolerance", options.tolerance, 0.0, f64::MAX)?;
+    MembraneError::within("total force", total_force, f64::MIN, f64::MAX)?;
     let body = Body::springs(membrane, n_nodes)?;
     let stiffness = body.discrete.stiffness_scale();
     let body = body
@@ -155,7 +121,13 @@ pub fn evolve_observed<B>(
     let mut motion =
         Motion::new(body, load, Scheme::SemiImplicitEuler)?.with_jacobian(options.jacobian);
     let norm_of = |motion: &mut Motion| -> Result<f64> {
-        within("norm of the forces", motion.norms()?.0, 0.0, f64::MAX)
+        let norm = motion.norms()?.0;
+        Ok(MembraneError::within(
+            "norm of the forces",
+            norm,
+            0.0,
+            f64::MAX,
+        )?)
     };
     let mut norms = vec![norm_of(&mut motion)?];
     let mut frames = Vec::new();

@@ -4,7 +4,7 @@ use membrane_newton::{DiscreteMembrane, Measure, dot_in_eight as dot};
 
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result};
-use crate::work::Work;
+use crate::report::Work;
 
 /// Position, velocity and acceleration at one instant, flat.
 #[derive(Debug, Clone)]

@@ -28,28 +28,27 @@ mod body;
 mod constraint;
 mod energy;
 mod error;
-mod evolution;
 mod evolving;
 mod kinematics;
 mod load;
-mod load_kind;
 mod method;
 mod motion;
 mod mover;
+mod report;
 mod scheme;
-mod work;
 
 pub use body::{Body, LoadState};
-pub use energy::Energy;
 pub use error::ImplicitError;
-pub use evolution::{Evolution, Frame};
 pub use evolving::{EvolvingOptions, evolve, evolve_observed};
 pub use load::{Feedback, Load};
-pub use load_kind::LoadKind;
 pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,
 };
-pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
-pub use scheme::{Jacobian, Scheme};
-pub use work::Work;
+pub use motion::{
+    Motion, State,
+    adaptive::Tolerance,
+    run::{Stop, TimeStep},
+};
+pub use report::{Energy, Evolution, Frame, Work};
+pub use scheme::{Jacobian, LoadKind, Scheme};

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result};
-use crate::load_kind::LoadKind;
+use crate::scheme::LoadKind;
 
 /// A prescribed quantity; the force intensity f (or p) that belongs to it is part of the solution of each step. If its function panics in a step, the
 /// motion remains in the state before that step and can continue.
@@ -26,15 +26,7 @@ use crate::load_kind::LoadKind;
 #[derive(Clone)]
 pub struct Load {
     kind: LoadKind,
-    source: Source,
-}
-
-type Signal = dyn Fn(f64) -> f64 + Send + Sync;
-
-#[derive(Clone)]
-enum Source {
-    Time(Arc<Signal>),
-    State(Box<dyn Model>),
+    model: Box<dyn Model>,
 }
 
 /// A force intensity that depends on the state: an afterload, a valve or a vessel.
@@ -64,7 +56,7 @@ impl<F: Fn(&LoadState) -> f64> Feedback for F {
     }
 }
 
-/// A [`Feedback`] owned by a motion and its copies.
+/// A [`Feedback`], or a function of time, owned by a motion and its copies.
 trait Model: Feedback + Send + Sync {
     fn boxed(&self) -> Box<dyn Model>;
 }
@@ -91,8 +83,9 @@ impl fmt::Debug for Load {
 
 impl Load {
     fn signal(kind: LoadKind, signal: impl Fn(f64) -> f64 + Send + Sync + 'static) -> Self {
-        let source = Source::Time(Arc::new(signal));
-        Self { kind, source }
+        let signal = Arc::new(signal);
+        let model = Box::new(move |now: &LoadState| signal(now.time));
+        Self { kind, model }
     }
 
     /// Force intensity f(t), or p(t) under the law per current length and for rubber. Rejected under the total-force law, whose load is F
@@ -136,7 +129,7 @@ impl Load {
     pub fn feedback(model: impl Feedback + Clone + Send + Sync + 'static) -> Self {
         Self {
             kind: LoadKind::Feedback,
-            source: Source::State(Box::new(model)),
+            model: Box::new(model),
         }
     }
 
@@ -161,16 +154,13 @@ impl Load {
     }
 
     pub(crate) fn value(&self, now: &LoadState) -> f64 {
-        match &self.source {
-            Source::Time(signal) => signal(now.time),
-            Source::State(model) => model.intensity(now),
-        }
+        self.model.intensity(now)
     }
 
     /// Passes the accepted state to a model.
     pub(crate) fn accepted(&mut self, state: impl FnOnce() -> LoadState) {
-        if let Source::State(model) = &mut self.source {
-            model.accepted(&state());
+        if self.kind == LoadKind::Feedback {
+            self.model.accepted(&state());
         }
     }
 }

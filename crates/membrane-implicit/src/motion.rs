@@ -1,23 +1,21 @@
 //! The motion of a membrane, or of a pair with an incompressible wall.
 
-mod adaptive;
-mod run;
+pub(crate) mod adaptive;
+pub(crate) mod run;
 
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Pair, PressureLaw, Stiffness};
 
+use self::adaptive::Tolerance;
 use crate::body::{Body, FARTHEST};
 use crate::constraint::{Constraint, check_support, derivatives};
-use crate::energy::Energy;
-use crate::error::{ImplicitError, Result, length, within};
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Kinematics;
 use crate::load::Load;
-use crate::load_kind::LoadKind;
 use crate::mover::Mover;
+use crate::report::{Energy, Work};
+use crate::scheme::LoadKind;
 use crate::scheme::{Jacobian, Scheme};
-use crate::work::Work;
-pub use adaptive::Tolerance;
-pub use run::{Stop, TimeStep};
 
 /// An initial-value problem and its current state.
 ///
@@ -181,7 +179,7 @@ impl Motion {
     /// # let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
     /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::Midpoint)?;
     /// for _ in 0..100 {
-    ///     let middle = motion.time() + 0.005;
+    ///     let middle = motion.state().time + 0.005;
     ///     motion.set_stiffness(Stiffness::constant(1.5 - 0.5 * (6.8 * middle).cos())?)?;
     ///     motion.step(0.01)?;
     /// }
@@ -193,15 +191,15 @@ impl Motion {
     /// [`MembraneError::OtherMaterial`] for rubber; a stiffness that is not positive at a spring. The motion is then unchanged.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<()> {
         let body = &self.inner.body;
-        let membrane = body.discrete.setting().membrane();
-        if let Material::Rubber(_) = membrane.material() {
+        let membrane = body.discrete.membrane();
+        if let Material::Rubber(_) = membrane.material {
             let (what, needs) = ("stiffness", "springs");
             return Err(MembraneError::OtherMaterial { what, needs }.into());
         }
         let membrane = membrane.clone().with_stiffness(stiffness);
         let body = Body::springs(&membrane, body.discrete.n_nodes())?
-            .with_mass(body.mass())?
-            .with_damping(body.damping())?;
+            .with_mass(body.mass)?
+            .with_damping(body.damping)?;
         let mut next = self.clone();
         next.inner.set_body(body);
         next.initial += next.energy().elastic - self.energy().elastic;
@@ -224,12 +222,12 @@ impl Motion {
         if self.outer.is_some() {
             return Err(ImplicitError::StateOfPair);
         }
-        within("time", time, f64::MIN, f64::MAX)?;
+        MembraneError::within("time", time, f64::MIN, f64::MAX)?;
         let expected = self.state().points.len();
         for (what, list) in [("points", points), ("velocities", velocities)] {
-            length(what, list.len(), expected)?;
+            MembraneError::length(what, list.len(), expected)?;
             for value in list.as_flattened() {
-                within(what, *value, -FARTHEST, FARTHEST)?;
+                MembraneError::within(what, *value, -FARTHEST, FARTHEST)?;
             }
         }
         self.inner
@@ -286,18 +284,6 @@ impl Motion {
             outer.begin(Constraint::Volume(inner.volume_acceleration()))?;
         }
         Ok(())
-    }
-
-    /// Returns the load.
-    #[must_use]
-    pub fn load(&self) -> &Load {
-        &self.load
-    }
-
-    /// Returns the current time.
-    #[must_use]
-    pub fn time(&self) -> f64 {
-        self.inner.now().time
     }
 
     /// Returns the state of the membrane, or of the inner one of a pair.
@@ -389,7 +375,7 @@ impl Motion {
     /// O(dt^4) in addition to that of the scheme. Cost O(N).
     ///
     /// # Errors
-    /// A time outside the last step; [`ImplicitError::WrongLength`] for slices whose length is not N.
+    /// A time outside the last step; [`MembraneError::WrongLength`] for slices whose length is not N.
     pub fn at_into(
         &self,
         time: f64,
@@ -407,7 +393,8 @@ impl Motion {
             true => "time step of an explicit scheme",
             false => "time step",
         };
-        within(what, dt, f64::MIN_POSITIVE, limit.min(f64::MAX)).map(drop)
+        MembraneError::within(what, dt, f64::MIN_POSITIVE, limit.min(f64::MAX))?;
+        Ok(())
     }
 
     fn movers(&self) -> impl Iterator<Item = &Mover> {

@@ -1,18 +1,18 @@
 //! The motion of one membrane by the steps of a scheme. A step allocates nothing.
 
 use membrane_newton::membrane_forces::Material;
-use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, MembraneError, dot_in_eight as dot};
 
 use crate::body::{Body, FARTHEST};
 use crate::constraint::Constraint;
-use crate::energy::{Energy, Ledger};
-use crate::error::{ImplicitError, Result, length, within};
+use crate::energy::Ledger;
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
-use crate::load_kind::LoadKind;
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
 use crate::method::stage::{Implicit, LocalError, Stage};
+use crate::report::{Energy, Work};
+use crate::scheme::LoadKind;
 use crate::scheme::{Jacobian, Scheme};
-use crate::work::Work;
 
 /// The method of a step, with its workspace.
 #[derive(Debug, Clone)]
@@ -169,8 +169,7 @@ impl Mover {
             }
             (acceleration - curvature - response[0]) / (response[1] - response[0])
         } else {
-            let state = (&*now.nodes, &*now.velocity);
-            constraint.intensity(body, now.time, state, f64::NAN)?
+            constraint.intensity(body, now, f64::NAN)?
         };
         work.force_calls += 1;
         now.respond(body, intensity)
@@ -437,10 +436,10 @@ impl Mover {
         velocities: &mut [[f64; 2]],
     ) -> Result<()> {
         let (old, now) = (&self.old, self.now());
-        within("time", time, old.time, now.time)?;
+        MembraneError::within("time", time, old.time, now.time)?;
         let n = now.nodes.len() / 2;
-        length("points", points.len(), n)?;
-        length("velocities", velocities.len(), n)?;
+        MembraneError::length("points", points.len(), n)?;
+        MembraneError::length("velocities", velocities.len(), n)?;
         let dt = now.time - old.time;
         let t = if dt > 0.0 {
             (time - old.time) / dt

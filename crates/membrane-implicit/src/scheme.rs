@@ -3,8 +3,6 @@
 use membrane_newton::Membrane;
 use membrane_newton::membrane_forces::Material;
 
-use crate::load_kind::LoadKind;
-
 /// The time integration scheme.
 ///
 /// | scheme | order | springs | rubber | loads |
@@ -60,6 +58,19 @@ pub enum Jacobian {
     Band,
 }
 
+/// The quantity that a [`Load`](crate::Load) prescribes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum LoadKind {
+    /// Force intensity: f per unit of material length, or the pressure p per unit of current length ([`PressureLaw`](crate::PressureLaw)).
+    Intensity,
+    /// Total force: intensity times the lateral surface of revolution (Eq. 4).
+    TotalForce,
+    /// Enclosed volume of revolution, cm^3.
+    Volume,
+    /// Force intensity as a function of volume and flow ([`Feedback`](crate::Feedback)).
+    Feedback,
+}
+
 impl Scheme {
     /// Returns the order of convergence in dt.
     #[must_use]
@@ -92,7 +103,7 @@ impl Scheme {
 
     /// Returns the part of a problem with this load and membrane that the scheme does not support.
     pub(crate) fn unsupported(self, load: LoadKind, of: &Membrane) -> Option<&'static str> {
-        match (of.material(), load) {
+        match (&of.material, load) {
             (Material::Rubber(_), _) if self != Self::Midpoint => Some("rubber"),
             (Material::Rubber(_), LoadKind::TotalForce) => Some("a total force on rubber"),
             (Material::Springs { .. }, LoadKind::Volume) if self.is_splitting() => {
@@ -102,7 +113,7 @@ impl Scheme {
                 Some("a load that depends on the state")
             }
             (Material::Springs { .. }, LoadKind::Intensity | LoadKind::Feedback)
-                if of.law().is_total_force() =>
+                if of.law.is_total_force() =>
             {
                 Some("an intensity under PressureLaw::TotalForce, whose load is Load::total_force")
             }

@@ -1,8 +1,8 @@
 //! LU factorisation of a band matrix with partial pivoting, in place and reusable.
 
-use membrane_forces::BandMatrix;
+use membrane_forces::{BandMatrix, MembraneError};
 
-use crate::error::{NewtonError, Result, length, reciprocal};
+use crate::error::{NewtonError, Result, reciprocal};
 
 /// Storage for P A = L U of a band matrix; memory and time O(n lower (lower + upper)).
 ///
@@ -66,14 +66,14 @@ impl BandedLu {
     ///
     /// # Errors
     /// [`NewtonError::Singular`] for a pivot that is zero or not finite, or whose reciprocal overflows; by rounding the pivots of a singular matrix
-    /// may be nonzero, and it is then factored. [`NewtonError::WrongLength`] if the shapes of `matrix` and storage differ.
+    /// may be nonzero, and it is then factored. [`MembraneError::WrongLength`](membrane_forces::MembraneError::WrongLength) if the shapes of `matrix` and storage differ.
     pub fn factor(&mut self, matrix: &BandMatrix) -> Result<()> {
         self.factored = false;
         let (n, lower, width) = (self.n, self.lower, self.width);
-        length("rows", matrix.len(), n)?;
-        length("diagonals below the main one", matrix.lower(), lower)?;
+        MembraneError::length("rows", matrix.len(), n)?;
+        MembraneError::length("diagonals below the main one", matrix.lower(), lower)?;
         let above = width - lower - 1;
-        length("diagonals above the main one", matrix.upper(), above)?;
+        MembraneError::length("diagonals above the main one", matrix.upper(), above)?;
         // Each row starts at its first column: rows above `lower` are shifted left so that row i
         // always begins at column max(i, lower) - lower, the first column still to be eliminated.
         let rows = self.u.chunks_exact_mut(width).zip(matrix.rows());
@@ -130,9 +130,9 @@ impl BandedLu {
     /// Overwrites `b` with A^-1 `b` for the matrix A of the last factorisation. Cost O(n (2 lower + upper)).
     ///
     /// # Errors
-    /// [`NewtonError::NotFactored`]; [`NewtonError::WrongLength`] for other than n numbers.
+    /// [`NewtonError::NotFactored`]; [`MembraneError::WrongLength`](membrane_forces::MembraneError::WrongLength) for other than n numbers.
     pub fn solve_into(&self, b: &mut [f64]) -> Result<()> {
-        length("right-hand side", b.len(), self.n)?;
+        MembraneError::length("right-hand side", b.len(), self.n)?;
         if !self.factored {
             return Err(NewtonError::NotFactored);
         }

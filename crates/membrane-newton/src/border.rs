@@ -1,6 +1,8 @@
 //! One extra unknown and one extra equation, or a rank-one term, around any factorisation.
 
-use crate::error::{NewtonError, Result, length, reciprocal};
+use membrane_forces::MembraneError;
+
+use crate::error::{NewtonError, Result, reciprocal};
 
 /// Solves the bordered system
 ///
@@ -98,10 +100,10 @@ impl Border {
     /// Turns `x` = A^-1 r into the solution's x and returns its y.
     ///
     /// # Errors
-    /// [`NewtonError::WrongLength`] if the lengths of `x` and border differ; [`NewtonError::NotFactored`] if column or row may have changed
+    /// [`MembraneError::WrongLength`](membrane_forces::MembraneError::WrongLength) if the lengths of `x` and border differ; [`NewtonError::NotFactored`] if column or row may have changed
     /// since the elimination, or if it failed.
     pub fn correct(&self, x: &mut [f64], q: f64) -> Result<f64> {
-        length("unknowns within a border", x.len(), self.row.len())?;
+        MembraneError::length("unknowns within a border", x.len(), self.row.len())?;
         let pivot = self.pivot.ok_or(NewtonError::NotFactored)?;
         let y = (q - dot_in_eight(&self.row, x)) / pivot;
         for (x, solved) in x.iter_mut().zip(&self.solved) {

@@ -80,21 +80,23 @@ impl Constraint {
         discrete: &dyn DiscreteMembrane,
         start: &Measures,
     ) -> Result<Self> {
-        let any = f64::NEG_INFINITY;
-        let (quantity, what, given, above) = match control {
+        let any = f64::MIN;
+        let (quantity, what, given, least) = match control {
             Control::Load(value) if discrete.law().is_total_force() => {
                 (Quantity::TotalForce, "load", value, any)
             }
             Control::Load(value) => (Quantity::Intensity, "load", value, any),
             Control::Intensity(value) => (Quantity::Intensity, "intensity", value, any),
             Control::TotalForce(value) => (Quantity::TotalForce, "total force", value, any),
-            Control::Volume(value) => (Quantity::VOLUME, "volume", value, 0.0),
-            Control::VolumeGain(value) => (Quantity::VOLUME, "volume gain", value, -1.0),
+            Control::Volume(value) => (Quantity::VOLUME, "volume", value, POSITIVE),
+            Control::VolumeGain(value) => {
+                (Quantity::VOLUME, "volume gain", value, (-1f64).next_up())
+            }
             Control::Area(value) => (Quantity::Measure(Measure::Area), "area", value, any),
         };
-        let mut value = check(what, given, above)?;
+        let mut value = check(what, given, least)?;
         if let Control::VolumeGain(gain) = control {
-            value = check("volume of the start", start.volume, 0.0)? * (1.0 + gain);
+            value = check("volume of the start", start.volume, POSITIVE)? * (1.0 + gain);
         }
         let (pressure, limit) = (value, discrete.blow_up());
         if quantity == Quantity::Intensity && value.abs() >= limit {
@@ -104,11 +106,10 @@ impl Constraint {
     }
 }
 
-/// Returns `given` if it is finite and exceeds `above`.
-pub(crate) fn check(what: &'static str, given: f64, above: f64) -> Result<f64> {
-    if given.is_finite() && given > above {
-        Ok(given)
-    } else {
-        Err(MembraneError::OutOfRange { what, given, above }.into())
-    }
+/// The smallest positive number.
+pub(crate) const POSITIVE: f64 = 0f64.next_up();
+
+/// Returns `given` if it is finite and at least `least`.
+pub(crate) fn check(what: &'static str, given: f64, least: f64) -> Result<f64> {
+    Ok(MembraneError::within(what, given, least, f64::MAX)?)
 }

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use membrane_forces::{CurvePiece, CurvePoint, Measures, Membrane, RubberState, collapse};
 
-use crate::cause::SLACK;
 use crate::constraint::check;
 use crate::error::{NewtonError, Result, own};
+use crate::limit::SLACK;
 use crate::report::NewtonReport;
 use crate::resolution::Resolution;
 
@@ -95,14 +95,14 @@ impl Equilibrium {
     /// # Errors
     /// A membrane of springs; a coordinate that is NaN.
     pub fn rubber_state(&self, s: f64) -> Result<RubberState> {
-        let s = check("material coordinate", s.clamp(0.0, 1.0), f64::NEG_INFINITY)?;
+        let s = check("material coordinate", s.clamp(0.0, 1.0), f64::MIN)?;
         Ok(self.membrane().rubber_state(s, &self.at(s))?)
     }
 
     /// The membrane.
     #[must_use]
     pub fn membrane(&self) -> &Membrane {
-        self.resolution.discrete.setting().membrane()
+        self.resolution.discrete.membrane()
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.
@@ -169,7 +169,7 @@ impl Resolution {
             return Err(NewtonError::Collapsed { s });
         }
         // A total force is the intensity times the surface.
-        check("load", solved.load, f64::NEG_INFINITY)?;
+        check("load", solved.load, f64::MIN)?;
         Ok(solved)
     }
 

@@ -14,7 +14,7 @@ pub(crate) type Result<T, E = NewtonError> = std::result::Result<T, E>;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NewtonError {
-    /// A membrane, control or option is out of range, or forces are not defined for the membrane or its state.
+    /// A membrane, control or option is out of range, a vector or matrix has a wrong size, or forces are not defined for the membrane or its state.
     #[error(transparent)]
     Membrane(#[from] MembraneError),
     /// An error of the caller's own [`ResidualSystem`](crate::ResidualSystem): [`NewtonError::user`].
@@ -64,16 +64,6 @@ pub enum NewtonError {
         inner: &'static str,
         /// Material and kind of load of the outer membrane.
         outer: &'static str,
-    },
-    /// A vector or a matrix has a wrong size.
-    #[error("{what}: {given} given, {expected} needed")]
-    WrongLength {
-        /// Name of the vector or matrix.
-        what: &'static str,
-        /// The size given.
-        given: usize,
-        /// The required size.
-        expected: usize,
     },
     /// The control was raised from the start but did not reach `wanted`. If [`NewtonReport::stopped_by`] is [`StopReason::LoadSteps`], the load
     /// steps are used up and the branch of equilibria continues. Otherwise no step past `reached` succeeds, down to about 1e-4 of it: the branch
@@ -191,19 +181,6 @@ fn failure(stopped_by: Option<StopReason>) -> &'static str {
             | StopReason::LoadSteps,
         )
         | None => "the corrections are within the tolerances, but the control is not met to 1e-9",
-    }
-}
-
-/// Rejects a size `given` other than `expected`.
-pub(crate) fn length(what: &'static str, given: usize, expected: usize) -> Result<()> {
-    if given == expected {
-        Ok(())
-    } else {
-        Err(NewtonError::WrongLength {
-            what,
-            given,
-            expected,
-        })
     }
 }
 

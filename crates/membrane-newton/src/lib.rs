@@ -23,7 +23,7 @@
 //!
 //! The feature `serde` implements serialisation of controls, discretisations, options and reports.
 //!
-//! Limits: no time dependence; solves of membranes cannot be cancelled, those of [`newton_observed`] can; not a general nonlinear solver library,
+//! Limits: no time dependence; solves of membranes cannot be cancelled, those of other systems can ([`ResidualSystem::observe`]); not a general nonlinear solver library,
 //! although [`newton`] accepts any [`ResidualSystem`].
 //!
 //! References: Rohmer, Sitek, Gullberg 2006 (hal-03929238); Deuflhard, Newton Methods for Nonlinear Problems, 2004,
@@ -32,7 +32,6 @@
 mod banded;
 mod block;
 mod border;
-mod cause;
 mod constraint;
 mod continuation;
 mod equilibrium;
@@ -48,7 +47,6 @@ mod nested_system;
 mod newton;
 mod options;
 mod pair;
-mod pentadiagonal;
 mod report;
 mod resolution;
 mod route;
@@ -67,10 +65,9 @@ pub use membrane_forces::{
     MembraneError, PressureLaw, ReferenceShape, Rubber, RubberState, Stiffness, StrainEnergy,
     Thickness,
 };
-pub use newton::{NewtonScratch, ResidualSystem, newton, newton_observed, newton_with};
+pub use newton::{NewtonScratch, ResidualSystem, newton, newton_with};
 pub use options::{LineSearch, NewtonOptions, Refactor};
 pub use pair::{Pair, PairEquilibrium};
-pub use pentadiagonal::PentadiagonalLdl;
 pub use report::{NewtonReport, StopReason};
 pub use sensitivity::Sensitivity;
 pub use solver::{Discretisation, Solver};

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use crate::cause;
 use crate::constraint::{Constraint, Control, Quantity};
 use crate::continuation::{MISSED, Search, WALKING};
 use crate::equilibrium::Equilibrium;
@@ -123,7 +122,7 @@ impl Nested {
             }
             _ => false,
         };
-        if stopped && let Some(cause) = cause::of(&mut system, state, constraint) {
+        if stopped && let Some(cause) = limit::cause(&mut system, state, constraint) {
             return Err(cause);
         }
         if !stopped || quantity != Quantity::Intensity || self.0[0].route() != Route::Inflate {
@@ -328,7 +327,11 @@ impl Nested {
         options.check()?;
         let tolerances = [options.residual_tolerance, options.step_tolerance];
         let [residual, step] = tolerances.map(|tolerance| tolerance.min(MISSED));
-        let options = &options.with_tolerances(residual, step);
+        let options = &NewtonOptions {
+            residual_tolerance: residual,
+            step_tolerance: step,
+            ..*options
+        };
         if let Some(scaled) = self.solve_scaled(near, control, options)? {
             return Ok(scaled);
         }

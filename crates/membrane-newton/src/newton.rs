@@ -1,10 +1,11 @@
 //! Newton's iteration with a line search on any system of equations.
 
-use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-use crate::constraint::check;
-use crate::error::{NewtonError, Result, length};
+use membrane_forces::MembraneError;
+
+use crate::constraint::{POSITIVE, check};
+use crate::error::{NewtonError, Result};
 use crate::options::{LineSearch, NewtonOptions, Refactor};
 use crate::report::{NewtonReport, StopReason};
 
@@ -47,6 +48,12 @@ pub trait ResidualSystem {
     /// Dimensionless norm of a change of the unknowns, relative to the scale of the unknowns. Zero for a nonzero step is an error of the
     /// solve ([`MembraneError::OutOfRange`](membrane_forces::MembraneError::OutOfRange)); a negative norm counts as NaN.
     fn step_norm(&self, step: &[f64]) -> f64;
+
+    /// Receives the report and x after each iteration; can end the solve ([`StopReason::Observer`]).
+    fn observe(&mut self, report: &NewtonReport, x: &[f64]) -> ControlFlow<()> {
+        let _ = (report, x);
+        ControlFlow::Continue(())
+    }
 }
 
 /// Work vectors of [`newton_with`]; reusing them avoids allocation.
@@ -102,7 +109,7 @@ pub struct NewtonScratch {
 /// ```
 ///
 /// # Errors
-/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`NewtonError::WrongLength`] if the lengths of
+/// [`NewtonError::NotConverged`] with the report; a tolerance or an entry of `x` that is not finite; [`MembraneError::WrongLength`](membrane_forces::MembraneError::WrongLength) if the lengths of
 /// `x` and the system differ; errors of the system.
 pub fn newton(
     system: &mut (impl ResidualSystem + ?Sized),
@@ -128,42 +135,25 @@ pub fn newton_with(
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
 ) -> Result<()> {
-    let never = |_: &NewtonReport, _: &[f64]| ControlFlow::<Infallible>::Continue(());
-    newton_observed(system, x, options, scratch, never).map(drop)
-}
-
-/// As [`newton`] in the caller's scratch ([`newton_with`]), with a callback `observe` for the report and x after each iteration, which can
-/// stop the solve by a value.
-///
-/// # Errors
-/// As [`newton_with`].
-pub fn newton_observed<B>(
-    system: &mut (impl ResidualSystem + ?Sized),
-    x: &mut [f64],
-    options: &NewtonOptions,
-    scratch: &mut NewtonScratch,
-    mut observe: impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>> {
     let n = system.len();
-    length("unknowns", x.len(), n)?;
-    (x.iter()).try_for_each(|x| check("start of an unknown", *x, f64::NEG_INFINITY).map(drop))?;
+    MembraneError::length("unknowns", x.len(), n)?;
+    (x.iter()).try_for_each(|x| check("start of an unknown", *x, f64::MIN).map(drop))?;
     options.check()?;
     scratch.begin(n, options.max_iterations);
-    let outcome = iterate(system, x, options, scratch, &mut observe);
+    let outcome = iterate(system, x, options, scratch);
     match outcome {
-        Ok(_) => scratch.report.floor(system.step_norm(x)),
+        Ok(()) => scratch.report.floor(system.step_norm(x)),
         Err(_) => scratch.forget_factorisation(),
     }
     outcome
 }
 
-fn iterate<B>(
+fn iterate(
     system: &mut (impl ResidualSystem + ?Sized),
     x: &mut [f64],
     options: &NewtonOptions,
     scratch: &mut NewtonScratch,
-    observe: &mut impl FnMut(&NewtonReport, &[f64]) -> ControlFlow<B>,
-) -> Result<ControlFlow<B>> {
+) -> Result<()> {
     system.residual_into(x, &mut scratch.residual)?;
     let norm = residual_norm(system, &scratch.residual);
     scratch.report.evaluated(norm);
@@ -185,13 +175,13 @@ fn iterate<B>(
         // squares of smaller steps underflow
         let moves = |step: &f64| step.abs() > f64::MIN_POSITIVE.sqrt();
         if full == 0.0 && scratch.step.iter().any(moves) {
-            check("norm of a nonzero step", full, 0.0)?;
+            check("norm of a nonzero step", full, POSITIVE)?;
         }
         let error = scratch.before_step(full, options, fresh);
         if error <= options.step_tolerance {
             scratch.report.step = full;
             scratch.report.iteration_error = error;
-            return Ok(scratch.end(StopReason::Step));
+            return scratch.end(StopReason::Step);
         }
         let taken = match options.line_search {
             _ if !full.is_finite() => Err(scratch.not_converged(StopReason::NotFinite)),
@@ -216,23 +206,20 @@ fn iterate<B>(
         {
             scratch.forget_factorisation();
         }
-        if scratch.report.iterations > made
-            && let ControlFlow::Break(value) = observe(&scratch.report, x)
-        {
-            scratch.report.stopped_by = Some(StopReason::Observer);
-            return Ok(ControlFlow::Break(value));
+        if scratch.report.iterations > made && system.observe(&scratch.report, x).is_break() {
+            return scratch.end(StopReason::Observer);
         }
         if scratch.rounding {
-            return Ok(scratch.end(StopReason::Rounding));
+            return scratch.end(StopReason::Rounding);
         }
         if scratch.left <= options.step_tolerance {
-            return Ok(scratch.end(StopReason::Step));
+            return scratch.end(StopReason::Step);
         }
     }
     if scratch.report.residual.is_nan() {
         return Err(scratch.not_converged(StopReason::NotFinite));
     }
-    Ok(scratch.end(StopReason::Residual))
+    scratch.end(StopReason::Residual)
 }
 
 /// Largest step that may be rounding. (Fine spectral elements of a membrane inflated to a thousand times its size have remaining steps of 2e-9.)
@@ -272,9 +259,9 @@ impl NewtonScratch {
         self.report.restart(max_iterations);
     }
 
-    fn end<B>(&mut self, ended: StopReason) -> ControlFlow<B> {
+    fn end(&mut self, ended: StopReason) -> Result<()> {
         self.report.stopped_by = Some(ended);
-        ControlFlow::Continue(())
+        Ok(())
     }
 
     /// Returns the estimated error of the unknowns before a step of size `full`: the sum of this step and all later ones, from the contraction of

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use membrane_forces::{DiscreteMembrane, Material, Measure, Membrane, PressureLaw};
 
-use crate::constraint::{Control, check};
+use crate::constraint::{Control, POSITIVE, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result, own};
 use crate::nested::Nested;
@@ -15,9 +15,12 @@ use crate::solver::Solver;
 
 /// An inner and an outer membrane with constant volume between them.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Pair {
-    inner: Solver,
-    outer: Solver,
+    /// The inner membrane.
+    pub inner: Solver,
+    /// The outer membrane.
+    pub outer: Solver,
 }
 
 /// Both membranes in equilibrium at the same wall volume as at the start.
@@ -61,7 +64,7 @@ impl Pair {
     /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`].
     pub fn check(inner: &dyn DiscreteMembrane, outer: &dyn DiscreteMembrane) -> Result<f64> {
         let both = [inner, outer];
-        let membranes = both.map(|discrete| discrete.setting().membrane());
+        let membranes = both.map(|discrete| discrete.membrane());
         let kinds = membranes.map(kind);
         if kinds[0] != kinds[1] {
             let [inner, outer] = kinds;
@@ -89,30 +92,10 @@ impl Pair {
         Ok(wall_volume)
     }
 
-    /// The inner membrane.
-    #[must_use]
-    pub fn inner(&self) -> &Solver {
-        &self.inner
-    }
-
-    /// The outer membrane.
-    #[must_use]
-    pub fn outer(&self) -> &Solver {
-        &self.outer
-    }
-
     /// Volume between the membranes at the start, cm^3.
     #[must_use]
     pub fn wall_volume(&self) -> f64 {
-        self.outer.start_measures().volume - self.inner.start_measures().volume
-    }
-
-    /// Both shapes at a volume gain of the inner membrane, from the start.
-    ///
-    /// # Errors
-    /// As [`Solver::solve`].
-    pub fn solve_gain(&self, gain: f64, options: &NewtonOptions) -> Result<PairEquilibrium> {
-        self.solve(Control::VolumeGain(gain), options)
+        self.outer.resolution.start.volume - self.inner.resolution.start.volume
     }
 
     /// Both shapes under a control of the inner membrane, from the start.
@@ -146,7 +129,7 @@ impl Pair {
 
 /// Names the material and the kind of load, which define the unit of the intensity.
 fn kind(membrane: &Membrane) -> &'static str {
-    match (membrane.material(), membrane.law()) {
+    match (&membrane.material, membrane.law) {
         (Material::Rubber(_), _) => "rubber under a pressure",
         (Material::Springs { .. }, PressureLaw::PerCurrentLength) => "springs under a pressure",
         (Material::Springs { .. }, PressureLaw::PerMaterialLength | PressureLaw::TotalForce) => {
@@ -241,7 +224,7 @@ impl PairEquilibrium {
     /// [`NewtonError::NotEnclosed`]: the outer one encloses at most the volume of the inner one; [`NewtonError::Crossed`];
     /// [`MembraneError::OutOfRange`](membrane_forces::MembraneError::OutOfRange): `wall_volume` is not positive.
     pub fn of(inner: Equilibrium, outer: Equilibrium, wall_volume: f64) -> Result<Self> {
-        check("wall volume", wall_volume, 0.0)?;
+        check("wall volume", wall_volume, POSITIVE)?;
         let volumes = [&inner, &outer].map(|membrane| membrane.measures.volume);
         let between = enclosed(volumes)?;
         check_crossing(&inner, &outer)?;

@@ -54,7 +54,7 @@ pub enum StopReason {
     /// Steps no longer shrink because of rounding; smaller tolerances cannot be met. Steps that shrink slowly, with an approximate tangent or at
     /// a singular root, are continued.
     Rounding,
-    /// The caller ended the solve: [`newton_observed`](crate::newton_observed).
+    /// The system ended the solve: [`ResidualSystem::observe`](crate::ResidualSystem::observe).
     Observer,
     /// Failure: the largest number of iterations is reached.
     Iterations,

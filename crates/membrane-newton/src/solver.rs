@@ -2,9 +2,9 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{FiniteDifferences, Measures, Membrane};
+use membrane_forces::{FiniteDifferences, Membrane};
 
-use crate::constraint::{Control, check};
+use crate::constraint::{Control, POSITIVE, check};
 use crate::equilibrium::Equilibrium;
 use crate::error::{NewtonError, Result};
 use crate::nested::Nested;
@@ -79,20 +79,15 @@ impl Solver {
                 Arc::new(Resolution::spectral(membrane, degree, per_piece)?)
             }
             Discretisation::SpectralAdaptive { tolerance } => {
-                check("tolerance", tolerance, 0.0)?;
+                check("tolerance", tolerance, POSITIVE)?;
                 Resolution::adaptive(membrane, tolerance)?
             }
         };
         Ok(Self { resolution })
     }
 
-    /// Returns the measures of the start: the reference configuration with its ends fixed.
-    #[must_use]
-    pub fn start_measures(&self) -> Measures {
-        self.resolution.start
-    }
-
-    /// Returns the start as an equilibrium without load (exact if the ends are fixed in the reference configuration).
+    /// Returns the start, the reference configuration with its ends fixed, as an equilibrium without load (exact if the ends are fixed in the
+    /// reference configuration).
     #[must_use]
     pub fn start(&self) -> Equilibrium {
         self.resolution

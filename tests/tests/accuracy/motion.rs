@@ -103,7 +103,7 @@ fn body(random: &mut Random, of_rubber: bool) -> (Body, f64) {
         (Body::rubber(&membrane, nodes, density), 0.15)
     } else {
         let membrane = springs(random);
-        let per_length = membrane.law() == PressureLaw::PerCurrentLength;
+        let per_length = membrane.law == PressureLaw::PerCurrentLength;
         let body = Body::springs(&membrane, nodes);
         (body, if per_length { 1.0 } else { 10.0 })
     };
@@ -131,11 +131,11 @@ fn runge_kutta(
 ) -> Vec<f64> {
     let forces = body.differences();
     let n = forces.start().len();
-    let (mut mass, mut damping) = (vec![body.mass(); n], vec![body.damping() / body.mass(); n]);
+    let (mut mass, mut damping) = (vec![body.mass; n], vec![body.damping / body.mass; n]);
     let mut matrix = forces.tangent();
-    if forces.add_mass_into(body.mass(), &mut matrix).is_ok() {
+    if forces.add_mass_into(body.mass, &mut matrix).is_ok() {
         matrix.mul_into(&vec![1.0; n], &mut mass);
-        damping.fill(body.damping());
+        damping.fill(body.damping);
     }
     let slope = |time: f64, state: &[f64]| {
         let (c, v) = state.split_at(n);
@@ -327,9 +327,11 @@ fn evolved(random: &mut Random) -> Option<f64> {
     let nodes = 2 * random.integer(10, 100) + 1;
     let membrane = Membrane::new(ReferenceShape::balloon(height, radius).expect("a balloon"));
     let tolerance = random.decades(-7.0, -2.0);
-    let options = EvolvingOptions::default()
-        .with_tolerance(tolerance)
-        .with_dt(random.uniform(0.5, 5.0));
+    let options = EvolvingOptions {
+        tolerance,
+        dt: random.uniform(0.5, 5.0),
+        ..EvolvingOptions::default()
+    };
     let force = random.uniform(100.0, 3000.0);
     let run = evolve(&membrane, nodes, force, &options).ok()?;
     let rest = Body::springs(&membrane, nodes).expect("a body");

@@ -57,10 +57,12 @@ pub(super) fn check(
         let [least, most] = SHEAR_MODULI;
         let modulus = energy.shear_modulus();
         match energy.check() {
-            Err(MembraneError::OutOfRange { what, given, above }) if CONSTANTS.contains(&what) => {
-                let wanted = match above {
-                    0.0 => "must be finite and positive",
-                    _ => "must be finite and not negative",
+            Err(MembraneError::OutOfRange {
+                what, given, least, ..
+            }) if CONSTANTS.contains(&what) => {
+                let wanted = match least {
+                    0.0 => "must be finite and not negative",
+                    _ => "must be finite and positive",
                 };
                 c.fault(what, Number(given), wanted);
             }

@@ -143,8 +143,8 @@ fn control_characters_are_escaped_and_other_text_is_unchanged() {
 
 #[test]
 fn a_chain_of_messages_contains_each_cause_once() {
-    let (what, given, above) = ("radius", f64::NAN, 0.0);
-    let error = PhantomError::Membrane(MembraneError::OutOfRange { what, given, above }.into());
+    let error = MembraneError::within("radius", f64::NAN, f64::MIN_POSITIVE, f64::MAX);
+    let error = PhantomError::Membrane(error.unwrap_err().into());
     let said = "radius is NaN; it must be finite and positive";
     assert_eq!(heart_phantom::chain(&error), said);
     let path = "a.toml".into();

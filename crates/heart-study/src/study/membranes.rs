@@ -3,9 +3,7 @@
 use super::paper_newton::{PaperJacobian, paper_newton};
 use super::report::{self, Circle, Direct};
 use super::run::Run;
-use heart_phantom::membrane_newton::membrane_forces::{
-    CircleEquilibrium, FiniteDifferences, balloon_measures,
-};
+use heart_phantom::membrane_newton::membrane_forces::{FiniteDifferences, LinearEquilibrium};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
 };
@@ -39,7 +37,7 @@ pub(super) struct DirectStudy {
 /// The results of the circle of the appendix.
 pub(super) struct CircleStudy {
     pub(super) figures: Circle,
-    pub(super) exact: CircleEquilibrium,
+    pub(super) exact: LinearEquilibrium,
     /// The reference line and the equilibrium on the second coarsest mesh.
     pub(super) initial: Vec<[f64; 2]>,
     pub(super) solution: Vec<[f64; 2]>,
@@ -49,8 +47,9 @@ pub(super) struct CircleStudy {
 pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError> {
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
-        let discrete = solver.start_measures();
-        let exact = balloon_measures(balloon.length, balloon.radius)?;
+        let discrete = solver.start().measures;
+        let exact =
+            LinearEquilibrium::balloon(balloon.length, balloon.radius, 0.0, 1.0)?.measures();
         Ok(report::ReferenceShape {
             length: discrete.length,
             area: discrete.area,
@@ -61,8 +60,8 @@ pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError
         })
     };
     Ok(report::Reference {
-        inner: measure(pair.inner(), Balloon::INNER)?,
-        outer: measure(pair.outer(), Balloon::OUTER)?,
+        inner: measure(&pair.inner, Balloon::INNER)?,
+        outer: measure(&pair.outer, Balloon::OUTER)?,
     })
 }
 
@@ -72,7 +71,7 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let dilated = run.phantom.heart().shapes(&[run.options.gain])?.remove(0);
     let solution = dilated.solution();
     let limit = limit(run.options.gain)?;
-    let inner = run.phantom.heart().pair().inner();
+    let inner = &run.phantom.heart().pair().inner;
     let family = PRESSURES
         .iter()
         .map(|&load| inner.solve(Control::Intensity(load), &options))
@@ -107,7 +106,7 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
         Ok(Solver::new(&balloon.membrane()?, LIMIT)?)
     };
     let pair = Pair::new(solver(Balloon::INNER)?, solver(Balloon::OUTER)?)?;
-    let solution = pair.solve_gain(gain, &NewtonOptions::default())?;
+    let solution = pair.solve(Control::VolumeGain(gain), &NewtonOptions::default())?;
     Ok(report::Limit {
         f_inner: solution.inner.intensity,
         f_outer: solution.outer.intensity,
@@ -118,7 +117,7 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
 /// The circle of the appendix: discrete equilibria of an inflated disc against the closed form.
 pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
     let (radius, load) = CIRCLE;
-    let exact = CircleEquilibrium::new(radius, load)?;
+    let exact = LinearEquilibrium::circle(radius, load)?;
     let membrane = Membrane::new(ReferenceShape::disc(radius)?);
     let mut errors = Vec::new();
     let mut shown = (Vec::new(), Vec::new());
@@ -127,7 +126,7 @@ pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
         let solution = solver.solve(Control::Intensity(load), &NewtonOptions::default())?;
         let points = solution.points();
         let distances = points.iter().enumerate().map(|(n, [x, y])| {
-            let at = exact.at(n as f64 / (nodes - 1) as f64);
+            let at = exact.at(n as f64 / (nodes - 1) as f64).position;
             (x - at[0]).hypot(y - at[1])
         });
         errors.push(distances.fold(0.0, f64::max));

@@ -416,8 +416,8 @@ pub(super) fn circle(page: &mut Page, study: &CircleStudy) -> Result<(), StudyEr
         "A membrane whose reference configuration is a straight line inflates to an arc of a circle; with the \
              corrected constant C the discrete solution converges to it.",
     );
-    let radius = study.exact.arc_radius();
-    let apex = study.exact.at(0.5);
+    let radius = study.initial[0][1] / (0.5 * study.exact.kappa()).sin();
+    let apex = study.exact.at(0.5).position;
     page.picture(
         "fig18-circle.png",
         &figures::circle(&figures::CircleStudy {

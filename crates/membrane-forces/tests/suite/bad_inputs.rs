@@ -3,9 +3,9 @@
 mod lengths;
 
 use membrane_forces::{
-    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
-    SpectralElements, Stiffness, StrainEnergy, Thickness, balloon_measures,
+    BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences, LinearEquilibrium,
+    Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape, SpectralElements,
+    Stiffness, StrainEnergy, Thickness,
 };
 
 #[test]
@@ -16,13 +16,11 @@ fn sizes_must_be_positive_and_finite() {
             ReferenceShape::balloon(1.0, bad).err(),
             ReferenceShape::disc(bad).err(),
             Stiffness::constant(bad).err(),
-            CircleEquilibrium::new(bad, 1.0).err(),
+            LinearEquilibrium::circle(bad, 1.0).err(),
             LinearEquilibrium::disc(bad, 1.0, 1.0).err(),
         ] {
             let given = match refused {
-                Some(MembraneError::OutOfRange {
-                    given, above: 0.0, ..
-                }) => given,
+                Some(MembraneError::OutOfRange { given, least, .. }) if least > 0.0 => given,
                 other => panic!("{bad}: {other:?}"),
             };
             assert_eq!(given.to_bits(), bad.to_bits());
@@ -41,12 +39,13 @@ fn sizes_must_be_positive_and_finite() {
         MembraneError::OutOfRange {
             what: "radius",
             given: -2.0,
-            above: 0.0
+            least: 0f64.next_up(),
+            most: f64::MAX,
         }
     );
-    let (what, given, above) = ("load over stiffness", -1.0, 0f64.next_down());
-    let refused = CircleEquilibrium::new(1.0, given).unwrap_err();
-    assert_eq!(refused, MembraneError::OutOfRange { what, given, above });
+    let refused = LinearEquilibrium::circle(1.0, -1.0).err();
+    let expected = MembraneError::within("load over stiffness", -1.0, 0.0, f64::MAX).err();
+    assert_eq!(refused, expected);
 }
 
 #[test]
@@ -254,15 +253,19 @@ fn closed_forms_are_finite_or_rejected() {
     let places = [0.0, 0.1, 0.3, 0.5, 0.9, 1.0];
     for a in SIZES {
         for b in SIZES {
-            assert!(balloon_measures(a, b).is_ok_and(is_number) || a.max(b) > 1e90);
-            match CircleEquilibrium::new(a, b) {
+            assert!(
+                LinearEquilibrium::balloon(a, b, 0.0, 1.0)
+                    .is_ok_and(|rest| is_number(rest.measures()))
+                    || a.max(b) > 1e90
+            );
+            match LinearEquilibrium::circle(a, b) {
                 Err(error) => assert!(
                     matches!(error, MembraneError::OutOfRange { .. }) && a.max(b) > 1e90,
                     "{a} {b} {error}"
                 ),
                 Ok(circle) => {
                     assert!(is_number(circle.measures()), "{a} {b}");
-                    let places = places.map(|s| circle.at(s));
+                    let places = places.map(|s| circle.at(s).position);
                     assert!(places.as_flattened().iter().all(|x| x.is_finite()));
                 }
             }
@@ -278,8 +281,8 @@ fn closed_forms_are_finite_or_rejected() {
         }
     }
     for refused in [
-        balloon_measures(1.0, 1e103).err(),
-        CircleEquilibrium::new(1e300, 1e3).err(),
+        LinearEquilibrium::balloon(1.0, 1e103, 0.0, 1.0).err(),
+        LinearEquilibrium::circle(1e300, 1e3).err(),
         LinearEquilibrium::disc(1e300, 1.0, 1.0).err(),
     ] {
         assert!(

@@ -1,8 +1,8 @@
 //! Springs of spectral elements: forces at closed-form equilibria, tangents and gradients against differences.
 
 use membrane_forces::{
-    CircleEquilibrium, DiscreteMembrane, LinearEquilibrium, Measure, Membrane, PressureLaw,
-    ReferenceShape, SpectralElements, Stiffness,
+    DiscreteMembrane, LinearEquilibrium, Measure, Membrane, PressureLaw, ReferenceShape,
+    SpectralElements, Stiffness,
 };
 use std::f64::consts::PI;
 
@@ -29,7 +29,7 @@ fn forces_vanish_at_closed_forms() {
     let (kappa, ratio) = (1.7, 6.0);
     let balloon = LinearEquilibrium::balloon(8.5, 1.75, kappa, 1.0).unwrap();
     let disc = LinearEquilibrium::disc(1.3, kappa, 1.0).unwrap();
-    let circle = CircleEquilibrium::new(1.3, ratio).unwrap();
+    let circle = LinearEquilibrium::circle(1.3, ratio).unwrap();
     type Shape<'a> = Box<dyn Fn(f64) -> [f64; 2] + 'a>;
     let cases: [(ReferenceShape, PressureLaw, f64, Shape<'_>); 3] = [
         (
@@ -48,7 +48,7 @@ fn forces_vanish_at_closed_forms() {
             ReferenceShape::disc(1.3).unwrap(),
             PressureLaw::PerMaterialLength,
             ratio,
-            Box::new(|s| circle.at(s)),
+            Box::new(|s| circle.at(s).position),
         ),
     ];
     for (rest, law, load, shape) in cases {

@@ -1,9 +1,8 @@
 //! Tangents and gradients against differences, measures and equilibria against closed forms.
 
 use membrane_forces::{
-    CircleEquilibrium, DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Measures,
-    Membrane, PressureLaw, ReferenceShape, Rubber, SpectralElements, Stiffness, StrainEnergy,
-    Thickness, balloon_measures,
+    DiscreteMembrane, FiniteDifferences, LinearEquilibrium, Measure, Measures, Membrane,
+    PressureLaw, ReferenceShape, Rubber, SpectralElements, Stiffness, StrainEnergy, Thickness,
 };
 use std::f64::consts::PI;
 
@@ -164,7 +163,24 @@ fn gradients_of_measures_are_the_derivatives() {
 
 #[test]
 fn measures_of_the_reference_balloon_agree_with_closed_forms() {
-    let exact = balloon_measures(8.5, 1.75).unwrap();
+    let (h, r) = (8.5, 1.75);
+    let exact = Measures {
+        length: 2.0 * h + PI * r,
+        area: r * (2.0 * h + 0.5 * PI * r),
+        surface: 2.0 * PI * r * (h + r),
+        volume: PI * r * r * (h + 2.0 * r / 3.0),
+    };
+    let rest = LinearEquilibrium::balloon(h, r, 0.0, 1.0)
+        .unwrap()
+        .measures();
+    for (a, b) in [
+        (rest.length, exact.length),
+        (rest.area, exact.area),
+        (rest.surface, exact.surface),
+        (rest.volume, exact.volume),
+    ] {
+        assert!((a / b - 1.0).abs() < 1e-14, "{a} {b}");
+    }
     let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
     let spectral = SpectralElements::new(&balloon, 16, 1).unwrap();
     assert!(spectral.is_half());
@@ -222,18 +238,42 @@ fn linear_equilibria_agree_with_the_reference_and_solve_their_equation() {
 
 #[test]
 fn disc_under_either_law_is_an_arc() {
-    let circle = CircleEquilibrium::new(1.5, 4.0).unwrap();
-    // the same arc under pressure per current length: kappa is the angle it turns through
-    let linear = LinearEquilibrium::disc(1.5, circle.angle, 1.0).unwrap();
-    for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
-        let (a, b) = (circle.at(s), linear.at(s).position);
-        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
+    for ratio in [1e-6, 0.1, 1.0, 1.5, 2.0, 4.0, 40.0] {
+        let (r, circle) = (1.5, LinearEquilibrium::circle(1.5, ratio).unwrap());
+        // the equation of the angle, and the same arc under a pressure
+        let mu = circle.kappa();
+        assert!((r * mu * mu / (ratio * (0.5 * mu).sin()) - 1.0).abs() < 1e-14);
+        assert_eq!(circle, LinearEquilibrium::disc(r, mu, 1.0).unwrap());
+        // an arc of radius r / sin(mu / 2) about a centre on the axis
+        let (half, arc) = (0.5 * mu, r / (0.5 * mu).sin());
+        for s in [0.0, 0.2, 0.5, 0.9, 1.0] {
+            let angle = mu * (0.5 - s);
+            let exact = [arc * (angle.cos() - half.cos()), arc * angle.sin()];
+            let found = circle.at(s).position;
+            let off = (found[0] - exact[0]).hypot(found[1] - exact[1]);
+            // rounding of terms as large as the radius
+            assert!(off < 1e-15 * (arc + 10.0), "{ratio} {s} {off:e}");
+        }
+        let m = circle.measures();
+        let height = r * (0.5 * half).tan();
+        let volume = PI * height * (3.0 * r * r + height * height) / 6.0;
+        for (found, exact) in [
+            (m.length, arc * mu),
+            (m.surface, PI * (r * r + height * height)),
+            (m.volume, volume),
+        ] {
+            assert!(
+                (found / exact - 1.0).abs() < 1e-13,
+                "{ratio} {found} {exact}"
+            );
+        }
+        let area = 0.5 * arc * arc * (mu - mu.sin());
+        // a difference of terms of the size of the radius squared
+        assert!(
+            (m.area - area).abs() < 1e-15 * (arc * arc + 10.0),
+            "{ratio}"
+        );
     }
-    let (a, b) = (circle.measures(), linear.measures());
-    assert!(
-        (a.volume / b.volume - 1.0).abs() < 1e-13 && (a.surface / b.surface - 1.0).abs() < 1e-13
-    );
-    assert!((a.area / b.area - 1.0).abs() < 1e-13 && (a.length / b.length - 1.0).abs() < 1e-13);
 }
 
 /// The energy of springs is the integral of lambda |u'|^2 / 2. For lambda = 1 + a s, ends moved apart by d and u' = d + (1 - 2 s) c it grows
@@ -272,8 +312,8 @@ fn energies_of_springs_agree_with_the_integral() {
 fn a_disc_under_a_tiny_load_is_a_parabola() {
     // The remainder is of the order of h^2.
     for (radius, ratio) in [(1.5, 1e-20), (1.5, 1e-250), (1e-3, 1e-290), (1e60, 1e-240)] {
-        let circle = CircleEquilibrium::new(radius, ratio).unwrap();
-        let half = 0.5 * circle.angle;
+        let circle = LinearEquilibrium::circle(radius, ratio).unwrap();
+        let half = 0.5 * circle.kappa();
         let same = |a: f64, b: f64| (a / b - 1.0).abs() < 1e-14;
         assert!(same(half, ratio / radius / 4.0), "{radius} {ratio}");
         let m = circle.measures();
@@ -282,7 +322,7 @@ fn a_disc_under_a_tiny_load_is_a_parabola() {
         assert!(same(m.surface, PI * radius * radius));
         assert!(same(m.volume, PI * radius * radius * (radius * half) / 4.0));
         for s in [0.1, 0.5, 0.7] {
-            let [x, y] = circle.at(s);
+            let [x, y] = circle.at(s).position;
             assert!(
                 same(x, 2.0 * radius * half * s * (1.0 - s)),
                 "{radius} {ratio} {s}"
@@ -290,33 +330,11 @@ fn a_disc_under_a_tiny_load_is_a_parabola() {
             assert!((y / radius - (1.0 - 2.0 * s)).abs() < 1e-14);
         }
     }
-    let flat = CircleEquilibrium::new(1.5, 0.0).unwrap();
+    let flat = LinearEquilibrium::circle(1.5, 0.0).unwrap();
     let m = flat.measures();
-    assert_eq!(
-        [m.length, m.area, m.surface, m.volume],
-        [3.0, 0.0, PI * 2.25, 0.0]
-    );
-    assert_eq!(
-        (flat.arc_radius(), flat.at(0.25)),
-        (f64::INFINITY, [0.0, 0.75])
-    );
-    // At the transition between both formulas, against the same arc by quadrature.
-    for ratio in [1e-6, 0.1, 1.0, 1.48, 1.49, 1.5, 2.0] {
-        let circle = CircleEquilibrium::new(1.5, ratio).unwrap();
-        let linear = LinearEquilibrium::disc(1.5, circle.angle, 1.0).unwrap();
-        let (a, b) = (circle.measures(), linear.measures());
-        for (a, b) in [
-            (a.length, b.length),
-            (a.area, b.area),
-            (a.surface, b.surface),
-            (a.volume, b.volume),
-        ] {
-            // The area of the wider arcs is a difference of terms about a hundred times as large.
-            assert!((a / b - 1.0).abs() < 1e-13, "{ratio} {a} {b}");
-        }
-        let (a, b) = (circle.at(0.3), linear.at(0.3).position);
-        assert!((a[0] - b[0]).hypot(a[1] - b[1]) < 1e-14);
-    }
+    assert!((m.length - 3.0).abs() < 1e-14 && (m.surface - PI * 2.25).abs() < 1e-14);
+    assert_eq!((m.area, m.volume), (0.0, 0.0));
+    assert_eq!(flat.at(0.25).position, [0.0, 0.75]);
 }
 
 /// Under the law per current length the limit is 2 pi over the integral of 1 / lambda, which has a closed form here: the mean of 1 / (1 + a
@@ -404,9 +422,10 @@ fn the_scale_of_the_intensity_moves_a_membrane_by_about_its_length() {
                 let arc = LinearEquilibrium::disc(radius, intensity, stiffness).unwrap();
                 arc.at(0.5).position[0]
             }
-            _ => CircleEquilibrium::new(radius, intensity / stiffness)
-                .unwrap()
-                .at(0.5)[0],
+            _ => {
+                let arc = LinearEquilibrium::circle(radius, intensity / stiffness).unwrap();
+                arc.at(0.5).position[0]
+            }
         };
         assert!(
             (0.1..1.0).contains(&(bulge / (2.0 * radius))),

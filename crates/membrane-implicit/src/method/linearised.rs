@@ -16,7 +16,6 @@ impl Implicit {
         let (body, (now, new), dt, work) = step.ends();
         let Self { stage, buffers } = self;
         let (time, end) = (now.time, now.time + dt);
-        let start = (&*now.nodes, &*now.velocity);
         // A feedback is linearised about the start of the step, too.
         let constraint = match prescribed {
             Constraint::Feedback(load) => {
@@ -30,7 +29,7 @@ impl Implicit {
         };
         let eq = Equation {
             body,
-            from: start,
+            from: (&now.nodes, &now.velocity),
             constraint,
             time,
             end,
@@ -39,10 +38,12 @@ impl Implicit {
             reach: dt,
             secant: None,
         };
+        new.nodes.copy_from_slice(&now.nodes);
+        new.velocity.copy_from_slice(&now.velocity);
         new.time = end;
-        new.velocity.fill(0.0);
-        let intensity = constraint.intensity(body, end, start, now.intensity)?;
+        let intensity = constraint.intensity(body, new, now.intensity)?;
         new.intensity = intensity;
+        new.velocity.fill(0.0);
         stage.iterate(&eq, new, work)?;
         // The force at the normals of the start, plus the linearised change h f (dn/dc) w + growth n by the matrix and its border: not by the
         // balance of momentum, so that an error of the linear solver appears in the energy balance.
@@ -61,8 +62,7 @@ impl Implicit {
         }
         slope(&new.velocity, &now.velocity, dt, &mut new.acceleration);
         // of the resulting shape
-        let state = (&*new.nodes, &*new.velocity);
-        new.intensity = prescribed.intensity(body, end, state, new.intensity)?;
+        new.intensity = prescribed.intensity(body, new, new.intensity)?;
         let stages = std::slice::from_ref(&*new);
         Ok(Ledger::of_stages(body, stages, dt, &[[1.0]], pull))
     }

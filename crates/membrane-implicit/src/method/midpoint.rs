@@ -46,8 +46,8 @@ impl Implicit {
             secant,
         };
         predict(new, now, &now.nodes, (h, h), body.length);
-        let middle = (&*new.nodes, &*new.velocity);
-        new.intensity = constraint.intensity(body, eq.end, middle, now.intensity)?;
+        new.time = eq.end;
+        new.intensity = constraint.intensity(body, new, now.intensity)?;
         self.stage.solve(&eq, now, new, work)?;
         let (intensity, speed) = (new.intensity, body.square(&new.velocity));
         let push = match secant {
@@ -65,8 +65,7 @@ impl Implicit {
             *c = c0 + dt * *w;
             *w = 2.0 * *w - v0;
         }
-        let end = (&*new.nodes, &*new.velocity);
-        let reached = last.intensity(body, new.time, end, intensity)?;
+        let reached = last.intensity(body, new, intensity)?;
         new.respond(body, reached)?;
         work.force_calls += 1;
         Ok(Ledger {

@@ -1,12 +1,13 @@
 //! Splittings: kicks by forces, drifts between them.
 
-use membrane_newton::{DiscreteMembrane, PentadiagonalLdl, dot_in_eight as dot};
+use membrane_newton::{DiscreteMembrane, dot_in_eight as dot};
 
 use crate::body::Body;
 use crate::constraint::Constraint;
 use crate::energy::Ledger;
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::Step;
+use crate::method::pentadiagonal::PentadiagonalLdl;
 use crate::method::stage::LocalError;
 
 /// Kicks v += b dt F / m, with the force at c, between drifts that solve c' = v, m v' = -mu v. Returns the account of the step.
@@ -26,8 +27,7 @@ pub(crate) fn kick_and_drift(
     new.nodes.copy_from_slice(&now.nodes);
     new.velocity.copy_from_slice(&now.velocity);
     new.intensity = now.intensity;
-    // The elastic force before the last kick.
-    let force = &mut new.acceleration;
+    // `acceleration` is the elastic force before the last kick
     let mut reach = 0.0;
     for k in 0..kicks.len() {
         if k > 0 {
@@ -40,35 +40,35 @@ pub(crate) fn kick_and_drift(
             };
             let speed = dot(&new.velocity, &new.velocity);
             account.damping += 0.5 * m * ds * speed * (1.0 - decay * decay);
-            account.numerical += 0.5 * ds * drift * dot(force, &new.velocity);
+            account.numerical += 0.5 * ds * drift * dot(&new.acceleration, &new.velocity);
             for (node, v) in new.nodes.iter_mut().zip(new.velocity.iter_mut()) {
                 *node += drift * *v;
                 *v *= decay;
             }
             reach = drift / decay;
             let held = new.intensity;
-            new.intensity = {
-                let state = (&*new.nodes, &*new.velocity);
-                constraints[k - 1].intensity(body, new.time, state, held)?
-            };
+            new.intensity = constraints[k - 1].intensity(body, new, held)?;
         }
-        d.elastic_force_into(&new.nodes, force);
+        d.elastic_force_into(&new.nodes, &mut new.acceleration);
         if k == 0 {
             new.pressure.copy_from_slice(&now.pressure);
         } else {
             body.pressure_into(now.time, &new.nodes, new.intensity, &mut new.pressure)?;
             work.force_calls += 1;
         }
-        let (push, pull) = (dot(&new.pressure, &new.velocity), dot(force, &new.velocity));
+        let (push, pull) = (
+            dot(&new.pressure, &new.velocity),
+            dot(&new.acceleration, &new.velocity),
+        );
         account.numerical += 0.5 * ds * reach * pull;
         let kick = kicks[k] * dt;
-        let forces = force.iter().zip(&new.pressure);
+        let forces = new.acceleration.iter().zip(&new.pressure);
         for (v, (e, p)) in new.velocity.iter_mut().zip(forces) {
             *v += kick / m * (e + p);
         }
         let (push, pull) = (
             push + dot(&new.pressure, &new.velocity),
-            pull + dot(force, &new.velocity),
+            pull + dot(&new.acceleration, &new.velocity),
         );
         account.work += 0.5 * kick * ds * push;
         account.numerical -= 0.5 * kick * ds * pull;
@@ -98,11 +98,11 @@ impl ImplicitSplitting {
     }
 
     /// Overwrites `values` of moving nodes with the inverse matrix times them; the ends become zero.
-    fn solve(&self, values: &mut [f64]) -> Result<(), membrane_newton::NewtonError> {
+    fn solve(&self, values: &mut [f64]) {
         let points = values.as_chunks_mut::<2>().0;
         let last = points.len() - 1;
         (points[0], points[last]) = ([0.0; 2], [0.0; 2]);
-        self.matrix.solve_into(&mut points[1..last])
+        self.matrix.solve_into(&mut points[1..last]);
     }
 
     /// A half kick of the pressure, the implicit midpoint rule for springs and damping, a half kick of the pressure at the new position.
@@ -123,7 +123,6 @@ impl ImplicitSplitting {
         let d = &body.discrete;
         let (m, mu, ds, h) = (body.mass, body.friction(), d.ds(), 0.5 * dt);
         let (time, diagonal, kick) = (now.time, body.inertia(h), h / m);
-        let linear = |error| ImplicitError::Step { time, dt, error };
         if self.factored != h {
             self.factored = f64::NAN;
             let entry = |i: usize, j: usize| {
@@ -135,7 +134,8 @@ impl ImplicitSplitting {
                     -h * h * k
                 }
             };
-            self.matrix.factor(entry).map_err(linear)?;
+            let factored = self.matrix.factor(entry);
+            factored.map_err(|error| ImplicitError::Step { time, dt, error })?;
             self.factored = h;
             work.factorisations += 1;
         }
@@ -143,7 +143,7 @@ impl ImplicitSplitting {
         for (w, (v, a)) in new.velocity.iter_mut().zip(before) {
             *w = diagonal * v + h * m * a;
         }
-        self.solve(&mut new.velocity).map_err(linear)?;
+        self.solve(&mut new.velocity);
         let push = dot(&now.pressure, &now.velocity);
         let mut account = Ledger {
             work: h * ds * (push + 0.5 * kick * dot(&now.pressure, &now.pressure)),
@@ -158,10 +158,7 @@ impl ImplicitSplitting {
             *v = 2.0 * *v - (v0 + kick * p);
         }
         new.time = time + dt;
-        new.intensity = {
-            let state = (&*new.nodes, &*new.velocity);
-            constraint.intensity(body, new.time, state, now.intensity)?
-        };
+        new.intensity = constraint.intensity(body, new, now.intensity)?;
         d.elastic_force_into(&new.nodes, &mut new.acceleration);
         body.pressure_into(time, &new.nodes, new.intensity, &mut new.pressure)?;
         work.force_calls += 1;
@@ -178,7 +175,6 @@ impl ImplicitSplitting {
 
     /// Filters the error estimate of a step of length 2 `h` through the matrix.
     pub(crate) fn filter(&self, body: &Body, h: f64, error: &mut LocalError) {
-        // A step was made, so there is a factorisation.
-        error.filter(body, h, |v| self.solve(v).unwrap_or(()));
+        error.filter(body, h, |v| self.solve(v));
     }
 }

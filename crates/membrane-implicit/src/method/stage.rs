@@ -12,8 +12,8 @@ use crate::body::Body;
 use crate::constraint::{Answer, Constraint};
 use crate::error::{ImplicitError, Result};
 use crate::kinematics::{Kinematics, slope};
+use crate::report::Work;
 use crate::scheme::Jacobian;
-use crate::work::Work;
 
 const MAX_ITERATIONS: usize = 40;
 /// Tolerance on the estimated error of positions, as a fraction of the membrane's length. It is below the rounding of a position because
@@ -214,19 +214,15 @@ impl ResidualSystem for System<'_> {
         let surface = || Measure::Surface.of(nodes.as_chunks().0);
         let answering = |answer: Answer| {
             let slope = -(h * answer.by_volume + answer.by_rate);
-            Some((Some((Measure::Volume, nodes, slope)), 1.0))
+            (Some((Measure::Volume, nodes, slope)), 1.0)
         };
         // gradient of g, that of a measure times a factor, and its slope by f
-        let border = match self.eq.constraint {
-            Constraint::Intensity(_) => None,
+        let (gradient, corner) = match self.eq.constraint {
+            Constraint::Intensity(_) => (None, 1.0),
             // Without the rank-one part the intensity does not depend on the change of shape.
-            Constraint::TotalForce(_) if stage.jacobian == Jacobian::Band => {
-                Some((None, surface()))
-            }
-            Constraint::TotalForce(_) => Some((Some((Measure::Surface, nodes, h * f)), surface())),
-            Constraint::Volume(_) => {
-                Some((Some((Measure::Volume, &*stage.end, self.eq.reach)), 0.0))
-            }
+            Constraint::TotalForce(_) if stage.jacobian == Jacobian::Band => (None, surface()),
+            Constraint::TotalForce(_) => (Some((Measure::Surface, nodes, h * f)), surface()),
+            Constraint::Volume(_) => (Some((Measure::Volume, &*stage.end, self.eq.reach)), 0.0),
             Constraint::Feedback(load) => {
                 let at = body.load_state(end, nodes, w);
                 let answer = Answer::about(load, at, body.length, h);
@@ -237,19 +233,19 @@ impl ResidualSystem for System<'_> {
         let (column, row) = stage.border.column_and_row_mut();
         row.fill(0.0);
         column.fill(0.0);
-        if let Some((Some((measure, nodes, factor)), _)) = border {
+        if let Some((measure, nodes, factor)) = gradient {
             body.discrete.measure_gradient_into(measure, nodes, row);
             body.hold(row);
             row.iter_mut().for_each(|g| *g *= factor);
         }
-        if border.is_some() {
+        let is_known = matches!(self.eq.constraint, Constraint::Intensity(_));
+        if !is_known {
             body.discrete.pressure_force_into(nodes, -h, column)?;
             self.work.force_calls += 1;
         }
-        let (corner, known) = border.map_or((1.0, true), |(_, corner)| (corner, false));
         let lu = &stage.lu;
         stage.border.eliminate(corner, |column| {
-            if !known {
+            if !is_known {
                 lu.solve_into(column)?;
                 body.hold(column);
             }
@@ -330,11 +326,14 @@ impl Stage {
         };
         let moved = eq.reach * dot_in_eight(&new.velocity, &new.velocity).sqrt();
         let unit = eq.unit(moved);
-        let options = NewtonOptions::default()
-            .with_tolerances(0.0, tolerance * eq.body.length / unit)
-            .with_max_iterations(MAX_ITERATIONS)
-            .with_line_search(LineSearch::FullStep)
-            .with_refactor(Refactor::WhenContractionAbove(0.05));
+        let options = NewtonOptions {
+            residual_tolerance: 0.0,
+            step_tolerance: tolerance * eq.body.length / unit,
+            max_iterations: MAX_ITERATIONS,
+            line_search: LineSearch::FullStep,
+            refactor: Refactor::WhenContractionAbove(0.05),
+            ..NewtonOptions::default()
+        };
         let mut x = std::mem::take(&mut self.unknowns);
         let mut scratch = std::mem::take(&mut self.scratch);
         let n = self.nodes.len();

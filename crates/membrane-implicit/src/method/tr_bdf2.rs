@@ -35,8 +35,7 @@ impl Implicit {
             new.time = time + ahead;
             predict(new, now, positions, (ahead, h), body.length);
             let held = before[index - 1].intensity;
-            let state = (&*new.nodes, &*new.velocity);
-            new.intensity = constraint.intensity(body, new.time, state, held)?;
+            new.intensity = constraint.intensity(body, new, held)?;
             let eq = Equation {
                 body,
                 from: (positions, velocities),

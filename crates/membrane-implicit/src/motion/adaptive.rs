@@ -1,11 +1,13 @@
 //! Steps of variable length: by the local error, or to reach a volume.
 
+use membrane_newton::MembraneError;
+
 use super::{Motion, view};
 use crate::body::{Body, LoadState};
-use crate::error::{ImplicitError, Result, positive, within};
-use crate::load_kind::LoadKind;
+use crate::error::{ImplicitError, Result, positive};
+use crate::report::Work;
+use crate::scheme::LoadKind;
 use crate::scheme::Scheme;
-use crate::work::Work;
 
 /// The largest local error allowed in one step, as root mean square over the nodes.
 ///
@@ -32,8 +34,8 @@ impl Tolerance {
     pub(super) fn check(&self, body: &Body) -> Result<()> {
         let least = f64::EPSILON * body.length;
         let slowest = least / body.wave_time();
-        within("position tolerance", self.position, least, f64::MAX)?;
-        within("velocity tolerance", self.velocity, slowest, f64::MAX)?;
+        MembraneError::within("position tolerance", self.position, least, f64::MAX)?;
+        MembraneError::within("velocity tolerance", self.velocity, slowest, f64::MAX)?;
         longest(self.longest)?;
         Ok(())
     }
@@ -77,7 +79,7 @@ impl Motion {
             } else {
                 wanted
             };
-            let time = self.time();
+            let time = self.inner.now().time;
             if cut <= 4.0 * f64::EPSILON * time.abs() || cut < f64::MIN_POSITIVE {
                 return Err(ImplicitError::StepTooSmall { time, dt: cut });
             }
@@ -127,7 +129,7 @@ impl Motion {
         let (volume, volume_rate) = (f64::NAN, f64::NAN);
         let range = |times: &mut dyn Iterator<Item = f64>| {
             times.fold((f64::MAX, f64::MIN), |(least, most), part| {
-                let time = self.time() + part * dt;
+                let time = self.inner.now().time + part * dt;
                 let value = self.load.value(&LoadState {
                     time,
                     volume,

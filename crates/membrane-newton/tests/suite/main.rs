@@ -13,7 +13,6 @@ mod odd_inputs;
 mod oracle;
 mod own_systems;
 mod pairs;
-mod pentadiagonal;
 mod properties;
 mod reports;
 mod robustness;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use membrane_newton::membrane_forces::CircleEquilibrium;
+use membrane_newton::membrane_forces::LinearEquilibrium;
 use membrane_newton::{
     Control, CurvePoint, Discretisation, Membrane, NewtonError, NewtonOptions, ReferenceShape,
     Rubber, Solver, Stiffness, StopReason, StrainEnergy, Thickness,
@@ -34,10 +34,19 @@ fn a_walk_takes_as_many_steps_as_it_needs() {
     let steps = solved.report.load_steps;
     // a quarter, then twice as far each time, needs at least three
     assert!((3..30).contains(&steps), "{steps}");
-    let enough = options.with_max_load_steps(steps);
+    let enough = NewtonOptions {
+        max_load_steps: steps,
+        ..options
+    };
     assert_eq!(solver.solve(area, &enough), Ok(solved));
     for few in 1..steps {
-        let error = solver.solve(area, &options.with_max_load_steps(few));
+        let error = solver.solve(
+            area,
+            &NewtonOptions {
+                max_load_steps: few,
+                ..options
+            },
+        );
         let (NewtonError::OtherBranch { report } | NewtonError::LimitPoint { report, .. }) =
             error.unwrap_err()
         else {
@@ -56,8 +65,8 @@ fn a_disc_becomes_a_circle_directly() {
         let solved = solver.solve(Control::Load(load), &NewtonOptions::default());
         let solved = solved.unwrap();
         assert_eq!(solved.report.load_steps, 0);
-        let circle = CircleEquilibrium::new(1.0, load).unwrap();
-        let [x, y] = circle.at(0.25);
+        let circle = LinearEquilibrium::circle(1.0, load).unwrap();
+        let [x, y] = circle.at(0.25).position;
         let found = solved.at(0.25).position;
         // polynomials of degree 16 on half of the circle
         let off = (found[0] - x).hypot(found[1] - y) / solved.measures.length;
@@ -71,7 +80,11 @@ fn a_disc_becomes_a_circle_directly() {
 fn the_step_that_meets_the_control_is_counted() {
     let solver = Solver::new(&disc(0.0), SPECTRAL).unwrap();
     for tolerance in [1e-5, 1e-7] {
-        let options = NewtonOptions::default().with_tolerances(tolerance, tolerance);
+        let options = NewtonOptions {
+            residual_tolerance: tolerance,
+            step_tolerance: tolerance,
+            ..NewtonOptions::default()
+        };
         let solved = solver.solve(Control::Volume(3.0), &options).unwrap();
         assert!((solved.measures.volume / 3.0 - 1.0).abs() < 1e-12);
         let report = solved.report;
@@ -111,7 +124,11 @@ fn a_flat_equilibrium_is_a_start() {
         assert_eq!(flat.measures.volume, 0.0);
         assert!(flat.report.iterations > 0);
         // the equilibrium has the rounding of the equations
-        let options = options.with_tolerances(1e-15, 2.0 * flat.report.iteration_error);
+        let options = NewtonOptions {
+            residual_tolerance: 1e-15,
+            step_tolerance: 2.0 * flat.report.iteration_error,
+            ..options
+        };
         let again = solver.solve_from(&flat, Control::Load(0.0), &options);
         let report = again.unwrap().report;
         assert_eq!(report.iterations, 0, "{report:?}");

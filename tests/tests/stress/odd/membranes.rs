@@ -2,9 +2,9 @@
 
 use super::{ODD, SIZES, back, pairs};
 use membrane_forces::{
-    BandMatrix, CircleEquilibrium, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences,
-    LinearEquilibrium, Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape,
-    SpectralElements, Stiffness, balloon_measures,
+    BandMatrix, CurvePiece, CurvePoint, DiscreteMembrane, FiniteDifferences, LinearEquilibrium,
+    Measure, Measures, Membrane, MembraneError, PressureLaw, ReferenceShape, SpectralElements,
+    Stiffness,
 };
 use membrane_implicit::{
     Body, EvolvingOptions, ImplicitError, Load, LoadState, Motion, Scheme, Stop, TimeStep,
@@ -51,8 +51,8 @@ fn membrane_forces_accepts_any_input() {
             },
             &[a, b],
         ));
-        back(balloon_measures(a, b));
-        if let Some(circle) = back(CircleEquilibrium::new(a, b)) {
+        back(LinearEquilibrium::balloon(a, b, 0.0, 1.0));
+        if let Some(circle) = back(LinearEquilibrium::circle(a, b)) {
             let _ = circle.measures();
             for s in ODD {
                 let _ = circle.at(s);
@@ -241,9 +241,11 @@ fn membrane_newton_accepts_any_input() {
             back(Solver::new(&balloon(), spectral));
         }
     }
-    let options = NewtonOptions::default()
-        .with_max_iterations(8)
-        .with_max_load_steps(4);
+    let options = NewtonOptions {
+        max_iterations: 8,
+        max_load_steps: 4,
+        ..NewtonOptions::default()
+    };
     let (mut near, mut second) = (solvers[1].start(), solvers[2].start());
     near.intensity = f64::NAN;
     second.load = f64::INFINITY;
@@ -285,10 +287,24 @@ fn membrane_newton_accepts_any_input() {
                 }
             }
         }
-        let odd = NewtonOptions::default().with_tolerances(value, value);
-        back(solvers[0].solve(Control::VolumeGain(0.1), &odd.with_max_iterations(4)));
+        let odd = NewtonOptions {
+            residual_tolerance: value,
+            step_tolerance: value,
+            ..NewtonOptions::default()
+        };
+        back(solvers[0].solve(
+            Control::VolumeGain(0.1),
+            &NewtonOptions {
+                max_iterations: 4,
+                ..odd
+            },
+        ));
     }
-    let never = options.with_max_iterations(0).with_max_load_steps(0);
+    let never = NewtonOptions {
+        max_iterations: 0,
+        max_load_steps: 0,
+        ..options
+    };
     back(solvers[0].solve(Control::VolumeGain(0.1), &never));
     // Membranes in any order; a pair with exchanged parts and of different discretisations.
     for inner in &solvers {
@@ -299,7 +315,9 @@ fn membrane_newton_accepts_any_input() {
     let large = Membrane::new(ReferenceShape::balloon(8.5, 2.75).expect("a balloon"));
     let outer = Solver::new(&large, Discretisation::FiniteDifferences { nodes: 8 });
     let pair = Pair::new(solvers[2].clone(), outer.expect("nodes enough")).expect("a wall");
-    let mut solved = pair.solve_gain(0.1, &options).expect("a small gain");
+    let mut solved = pair
+        .solve(Control::VolumeGain(0.1), &options)
+        .expect("a small gain");
     std::mem::swap(&mut solved.inner, &mut solved.outer);
     back(pair.solve_from(&solved, Control::VolumeGain(0.2), &options));
     back(solved.sensitivity(Control::VolumeGain(0.1)));
@@ -319,11 +337,11 @@ fn membrane_newton_accepts_any_input() {
         let refused = border.correct(&mut [1.0; 7], corner);
         assert!(matches!(
             refused,
-            Err(NewtonError::WrongLength {
+            Err(NewtonError::Membrane(MembraneError::WrongLength {
                 given: 7,
                 expected: 3,
                 ..
-            })
+            }))
         ));
     }
 }
@@ -404,21 +422,26 @@ fn membrane_implicit_accepts_any_input() {
                 }
             }
         }
-        let options = EvolvingOptions::default()
-            .with_dt(value)
-            .with_tolerance(value)
-            .with_max_steps(3);
+        let options = EvolvingOptions {
+            dt: value,
+            tolerance: value,
+            max_steps: 3,
+            ..EvolvingOptions::default()
+        };
         back(evolve(&balloon(), 5, 1.0, &options));
-        let few = EvolvingOptions::default().with_max_steps(2);
+        let few = EvolvingOptions {
+            max_steps: 2,
+            ..EvolvingOptions::default()
+        };
         if let Some(evolution) = back(evolve(&balloon(), 5, value, &few)) {
             let refused = evolution.distance_to(&[]);
             assert!(matches!(
                 refused,
-                Err(ImplicitError::WrongLength {
+                Err(ImplicitError::Membrane(MembraneError::WrongLength {
                     given: 0,
                     expected: 5,
                     ..
-                })
+                }))
             ));
             let _ = evolution.residual();
             let _ = evolution.is_monotone();
@@ -454,7 +477,11 @@ fn membrane_options_and_reports_are_restored_from_files() {
     // without an iteration the step and the error are infinite
     let failed = solver.solve(
         Control::VolumeGain(0.3),
-        &options.with_max_iterations(0).with_max_load_steps(0),
+        &NewtonOptions {
+            max_iterations: 0,
+            max_load_steps: 0,
+            ..options
+        },
     );
     match failed {
         Err(NewtonError::NotConverged { report, .. }) => {
@@ -468,7 +495,13 @@ fn membrane_options_and_reports_are_restored_from_files() {
     let more = r#"{"line_search":{"Natural":{"max_halvings":3,"most":2}}}"#;
     assert!(serde_json::from_str::<NewtonOptions>(more).is_err());
     let few: NewtonOptions = serde_json::from_str(r#"{"max_iterations":7}"#).expect("options");
-    assert_eq!(few, options.with_max_iterations(7));
+    assert_eq!(
+        few,
+        NewtonOptions {
+            max_iterations: 7,
+            ..options
+        }
+    );
     assert!(serde_json::from_str::<NewtonOptions>(r#"{"iterations":7}"#).is_err());
     through_json(&EvolvingOptions::default());
     let body = Body::springs(&balloon(), 21).expect("nodes enough");
