@@ -1,9 +1,9 @@
 //! Self-contained HTML documents; text and attributes are escaped by construction.
 
-use crate::StudyError;
 use crate::figures::Picture;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use heart_phantom::PhantomError;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("../assets/page.css");
@@ -53,8 +53,8 @@ pub(crate) fn table(caption: &str, header: &[&str], rows: Vec<Vec<String>>) -> M
 /// An embedded image with its caption, which is also the alternative text.
 ///
 /// # Errors
-/// [`StudyError::Phantom`] if the image cannot be encoded.
-pub(crate) fn figure(picture: &Picture, caption: &str) -> Result<Markup, StudyError> {
+/// [`PhantomError::File`] if the image cannot be encoded.
+pub(crate) fn figure(picture: &Picture, caption: &str) -> Result<Markup, PhantomError> {
     let png = STANDARD.encode(picture.to_png()?);
     Ok(html! {
         figure {

@@ -1,6 +1,5 @@
 //! Shaded views of the exact body: reference configuration and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
 
-use crate::StudyError;
 use std::f64::consts::{PI, TAU};
 
 use heart_phantom::PhantomError;
@@ -27,7 +26,7 @@ const KEY: i32 = 60;
 /// Draws each state twice at one scale: above the wall cut open, below the mesh on its outer surface.
 ///
 /// The mesh has equal steps of the material coordinate and of azimuth, so it shows the stretch.
-pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
+pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> {
     let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, PhantomError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
@@ -186,7 +185,7 @@ pub(crate) fn poses(
     state: &WallState<'_>,
     poses: &[(&str, Pose)],
     view: View,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let side = 640;
     let top = 60;
     let walls: Vec<Wall> = poses

@@ -1,6 +1,6 @@
 //! The canvas: plotters at three times the size, averaged down, with uniform axes.
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
@@ -28,7 +28,7 @@ pub(super) fn paint(
     width: u32,
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let fine = FINE as usize;
     let canvas = vec![255u8; 3 * width as usize * fine * height as usize * fine];
     paint_on(canvas, width, height, draw)
@@ -38,7 +38,7 @@ pub(super) fn paint(
 pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let (width, height) = (picture.width(), picture.height());
     let fine = FINE as usize;
     let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
@@ -59,17 +59,25 @@ fn paint_on(
     width: u32,
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     style::register();
     {
         let size = (width * FINE as u32, height * FINE as u32);
         let area = BitMapBackend::with_buffer(&mut canvas, size).into_drawing_area();
         draw(&area)
             .and_then(|()| area.present())
-            .map_err(|e| StudyError::Drawing(Box::new(e)))?;
+            .map_err(not_drawn)?;
     }
     let rgb = average(&canvas, width as usize, height as usize);
     Ok(Picture::new(width, height, rgb))
+}
+
+/// The error of the plotting library, which draws in memory.
+pub(super) fn not_drawn(error: impl std::error::Error + Send + Sync + 'static) -> PhantomError {
+    PhantomError::File {
+        path: "a figure".into(),
+        source: std::io::Error::other(error),
+    }
 }
 
 /// Averages blocks of FINE by FINE pixels, rounded to nearest.

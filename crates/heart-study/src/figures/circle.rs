@@ -7,7 +7,7 @@ use super::canvas::{
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{BLUE, GREY, VERMILION};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// The data of the circle figure.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +30,7 @@ pub(crate) struct CircleStudy<'a> {
 
 /// Draws the line, the discrete equilibrium and the exact circle on the left, the errors and a guide of the
 /// given order on the right.
-pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
+pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, PhantomError> {
     let size = 600;
     let left = Rect {
         left: LABELS_LEFT + 10,

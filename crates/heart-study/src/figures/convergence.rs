@@ -7,7 +7,7 @@ use super::canvas::{
 };
 use super::marks::{dashed, dashes, marker, stroke, swatch};
 use super::style::{GREY, SERIES, SMALL};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Distance of markers in pixels.
 const APART: i32 = 24;
@@ -20,7 +20,7 @@ pub(crate) fn histories(
     y_label: &str,
     tolerance: Option<f64>,
     histories: &[(&str, &[f64])],
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let row = 40;
     let legend = row * histories.len() as i32;
     let plot = Rect {

@@ -7,7 +7,7 @@ use super::canvas::{
 };
 use super::marks::{arrow, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Width of the legend in pixels.
 const LEGEND: i32 = 1060;
@@ -29,7 +29,7 @@ pub(crate) struct ForceFrame<'a> {
 ///
 /// About 45 nodes per frame have arrows. All arrows have one scale, the longest is an eighth of the figure's
 /// longer side; a grey one on top has the length of a round force.
-pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
+pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, PhantomError> {
     let around = bounds(frames.iter().flat_map(|f| f.nodes));
     let side = (around[1] - around[0]).max(around[3] - around[2]);
     let longest = frames

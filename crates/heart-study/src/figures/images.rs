@@ -4,7 +4,7 @@ use super::Picture;
 use super::canvas::number;
 use super::raster::fit;
 use super::sections::{Cut, draw};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// One projection image.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +32,7 @@ fn draw_panels(
     target: usize,
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let [columns, rows] = panels[0].size;
     let sides = vec![fit(columns, rows, target).into(); panels.len()];
     draw(panels, &sides, window, (bar_label, ""))
@@ -45,7 +45,7 @@ pub(crate) fn projections(
     images: &[Projection<'_>],
     n_bins: usize,
     pitch: f64,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let n_rows = images[0].values.len() / n_bins;
     let most = images
         .iter()
@@ -74,7 +74,7 @@ pub(crate) fn slices(
     indices: &[usize],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let [nz, ny, nx] = volume.size;
     let [x, y] = [nx, ny].map(|n| 0.5 * n as f64 * volume.spacing);
     let panel = |&k: &usize| {

@@ -1,6 +1,6 @@
 //! Shaded iso-surface of a volume, optionally cut open (Fig. 15 to 17, c, of the paper).
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
 use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, paint, paint_over};
@@ -28,7 +28,7 @@ pub(crate) struct IsoView {
 ///
 /// The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
 /// A level above all samples gives an image of the axes only.
-pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyError> {
+pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, PhantomError> {
     let cut = view.cut.map(|(n, d)| {
         let n = Vector3::from(n);
         (n.normalize(), d / n.norm())

@@ -1,8 +1,8 @@
 //! `index.html`: the figures in order with captions, and tables of numbers, in one file without scripts.
 
 use super::{CURVES_SIZE, Picture};
-use crate::StudyError;
 use crate::html::{document, table};
+use heart_phantom::PhantomError;
 use heart_phantom::files::write_atomically;
 use maud::{Markup, PreEscaped, Render, html};
 use std::path::{Path, PathBuf};
@@ -46,7 +46,7 @@ impl Page {
         file: &str,
         picture: &Picture,
         caption: impl Render,
-    ) -> Result<(), StudyError> {
+    ) -> Result<(), PhantomError> {
         picture.write_png(&self.folder.join(file))?;
         self.figure(file, [picture.width(), picture.height()], caption);
         Ok(())
@@ -58,7 +58,7 @@ impl Page {
         file: &str,
         svg: &str,
         caption: impl Render,
-    ) -> Result<(), StudyError> {
+    ) -> Result<(), PhantomError> {
         write_atomically(&self.folder.join(file), |out| out.write_all(svg.as_bytes()))?;
         self.figure(file, CURVES_SIZE.into(), caption);
         Ok(())
@@ -109,7 +109,7 @@ impl Page {
     }
 
     /// Writes the page; returns the names of its images and its own.
-    pub(crate) fn write(&self) -> Result<Vec<PathBuf>, StudyError> {
+    pub(crate) fn write(&self) -> Result<Vec<PathBuf>, PhantomError> {
         let html = self.to_html();
         write_atomically(&self.folder.join(Self::FILE), |out| {
             out.write_all(html.as_bytes())

@@ -1,6 +1,6 @@
 //! An image in memory, and its PNG file.
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use heart_phantom::files::{png_bytes, write_atomically};
 use std::path::Path;
 
@@ -51,12 +51,12 @@ impl Picture {
     }
 
     /// Returns the bytes of a PNG file.
-    pub(crate) fn to_png(&self) -> Result<Vec<u8>, StudyError> {
+    pub(crate) fn to_png(&self) -> Result<Vec<u8>, PhantomError> {
         Ok(png_bytes([self.width, self.height], &self.rgb)?)
     }
 
     /// Writes a PNG file atomically.
-    pub(crate) fn write_png(&self, path: &Path) -> Result<(), StudyError> {
+    pub(crate) fn write_png(&self, path: &Path) -> Result<(), PhantomError> {
         let png = self.to_png()?;
         Ok(write_atomically(path, |out| out.write_all(&png))?)
     }

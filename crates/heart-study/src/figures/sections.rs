@@ -5,7 +5,7 @@ use super::canvas::{
     Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, paint, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 360.0;
@@ -49,7 +49,7 @@ pub(crate) fn sections(
     window: [f64; 2],
     bar_label: &str,
     heading: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let mut sides = Vec::with_capacity(cuts.len());
     for row in cuts.chunks(PER_ROW) {
         let longest = row.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
@@ -65,7 +65,7 @@ pub(crate) fn map(
     size: [i32; 2],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     draw(std::slice::from_ref(cut), &[size], window, (bar_label, ""))
 }
 
@@ -75,7 +75,7 @@ pub(super) fn draw(
     sides: &[[i32; 2]],
     window: [f64; 2],
     (bar_label, heading): (&str, &str),
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let [above, between] = GAPS;
     let is_marked = cuts
         .iter()

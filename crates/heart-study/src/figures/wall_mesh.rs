@@ -6,7 +6,7 @@ use super::canvas::{
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, INNER, OUTER};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub(crate) fn wall_meshes(
     states: &[WallState<'_>],
     n_layers: usize,
     n_cells: usize,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let around = bounds(states.iter().flat_map(|s| s.inner.iter().chain(s.outer)));
     let width = 450;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);

@@ -1,6 +1,5 @@
 //! All gates of a volume, reduced for embedding in a page.
 
-use crate::StudyError;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
@@ -79,7 +78,7 @@ impl Beat {
     }
 
     /// Returns a compressed NIfTI of bytes from 0 to white of the window, in base64. Negative samples become 0.
-    pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, StudyError> {
+    pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, PhantomError> {
         let (shape, spacing) = (coarse(&self.grid, self.factor), self.grid.spacing());
         // The page contains no negative samples.
         let step = window[1] / 255.0;

@@ -2,8 +2,8 @@
 
 use super::beat::Beat;
 use super::planes::Planes;
-use crate::StudyError;
 use crate::figures::{Cut, Picture, sections};
+use heart_phantom::PhantomError;
 use heart_phantom::{Mode, Phantom};
 
 /// Images and page of a run: collects the results of each gate and writes files at the end.
@@ -59,7 +59,7 @@ impl Look<'_> {
     }
 
     /// Returns the sections of a gate with the window of all gates.
-    pub(super) fn picture(&self, shown: &Shown, gate: usize) -> Result<Picture, StudyError> {
+    pub(super) fn picture(&self, shown: &Shown, gate: usize) -> Result<Picture, PhantomError> {
         let window = shown.window();
         let rate = 60.0 / self.phantom.cycle().period();
         let heading = format!(
@@ -72,7 +72,7 @@ impl Look<'_> {
 
     /// Returns the sections of the reconstruction of a gate minus the exact activity, and the value of white; black is its negative.
     /// `None` without both.
-    pub(super) fn difference(&self, gate: usize) -> Result<Option<(Picture, f64)>, StudyError> {
+    pub(super) fn difference(&self, gate: usize) -> Result<Option<(Picture, f64)>, PhantomError> {
         let [image, truth] = &self.shown[..] else {
             return Ok(None);
         };

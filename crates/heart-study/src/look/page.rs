@@ -5,11 +5,11 @@ use super::measured::Plot;
 use super::planes::Planes;
 use super::tables::tables;
 
-use crate::StudyError;
 use crate::figures::{map, polar_maps, sections};
 use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use heart_phantom::PhantomError;
 use heart_phantom::{GatedBy, Mode, RunReport, VolumeCurve};
 use maud::{Markup, PreEscaped, Render, html};
 
@@ -25,7 +25,7 @@ pub(super) fn html(
     report: &RunReport,
     title: &str,
     plots: &[Plot],
-) -> Result<String, StudyError> {
+) -> Result<String, PhantomError> {
     let body = html! {
         p { (report.program) ". This file is self-contained; its numbers are those of report.json." }
         main {
@@ -59,7 +59,7 @@ impl Render for Plot {
 }
 
 /// The sinogram of a row and three projections of the first gate.
-fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
+fn projections(look: &Look<'_>) -> Result<Markup, PhantomError> {
     let Some((sinogram, images)) = &look.sinogram else {
         return Ok(Markup::default());
     };
@@ -87,13 +87,13 @@ fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
 }
 
 /// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
-fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
+fn viewer(look: &Look<'_>) -> Result<Markup, PhantomError> {
     let coarser = match look.shown[0].beat.factor() {
         1 => String::new(),
         n => format!(" Voxels of this page are averages over {n} x {n} x {n}."),
     };
     let seconds = look.phantom.cycle().period() / look.phantom.n_gates() as f64;
-    let volume = |shown: &Shown| -> Result<Markup, StudyError> {
+    let volume = |shown: &Shown| -> Result<Markup, PhantomError> {
         let window = shown.window();
         Ok(html! {
             script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds)
@@ -134,7 +134,7 @@ fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
 }
 
 /// Sections of each kind of volume and their difference in the gates of [`extremes`].
-fn slices(look: &Look<'_>) -> Result<Markup, StudyError> {
+fn slices(look: &Look<'_>) -> Result<Markup, PhantomError> {
     let is_anatomical = look.planes.as_ref().is_some_and(Planes::is_anatomical);
     let walls = match is_anatomical {
         true => {

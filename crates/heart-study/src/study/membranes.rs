@@ -1,8 +1,8 @@
 //! Sections 2 to 4 and the appendix: reference configurations, the direct method, the circle.
 
 use super::paper_newton::{PaperJacobian, paper_newton};
-use super::report::{self, Circle, Direct};
 use super::run::Run;
+use crate::report::{self, Circle, Direct};
 use heart_phantom::membrane_newton::membrane_forces::{
     CircleEquilibrium, FiniteDifferences, balloon_measures,
 };

@@ -2,14 +2,13 @@
 
 use super::evolving::EvolvingStudy;
 use super::membranes::{CircleStudy, DirectStudy};
-use super::report::{self, Report};
 use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
-use crate::StudyError;
 use crate::figures::{
     self, ForceFrame, IsoView, Page, Projection, Shape, View, Volume, WallState, bodies, curves,
     force_frames, histories, isosurface, poses, projections, shapes, slices, wall_meshes,
 };
+use crate::report::{self, Report};
 use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -76,7 +75,7 @@ pub(super) fn reference(page: &mut Page, reference: &report::Reference) {
 }
 
 /// The direct method: Fig. 8, Newton's residuals.
-pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyError> {
+pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     page.section(
         "Direct method",
@@ -128,7 +127,7 @@ pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyEr
 }
 
 /// The evolving method: Fig. 9 and 10.
-pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), StudyError> {
+pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     page.section(
         "Evolving method",
@@ -167,7 +166,7 @@ pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), Stu
 }
 
 /// The pair of membranes: Fig. 11 and 12.
-pub(super) fn pair(page: &mut Page, states: &[Arc<HeartShape>]) -> Result<(), StudyError> {
+pub(super) fn pair(page: &mut Page, states: &[Arc<HeartShape>]) -> Result<(), PhantomError> {
     page.section(
         "Two membranes",
         "The outer pressure is solved for together with both shapes, so that the volume of the wall \
@@ -211,7 +210,7 @@ fn wall_state<'a>(title: &'a str, shape: &'a HeartShape) -> WallState<'a> {
 }
 
 /// The same balloons as rubber, which the paper does not have.
-pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyError> {
+pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     let (mu, thickness) = RUBBER;
     page.section(
@@ -268,7 +267,7 @@ pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyEr
 }
 
 /// The pose of the heart: Fig. 13.
-pub(super) fn pose(page: &mut Page, run: &Run<'_>) -> Result<(), StudyError> {
+pub(super) fn pose(page: &mut Page, run: &Run<'_>) -> Result<(), PhantomError> {
     page.section(
         "Tomography",
         format!(
@@ -306,7 +305,7 @@ pub(super) fn projection_images(
     page: &mut Page,
     run: &Run<'_>,
     samples: &[f32],
-) -> Result<(), StudyError> {
+) -> Result<(), PhantomError> {
     let n = run.phantom.camera().n_bins();
     let angles = run.phantom.camera().geometry().angles();
     let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
@@ -329,7 +328,7 @@ pub(super) fn reconstruction(
     run: &Run<'_>,
     (number, name): (usize, &str),
     volume: &[f32],
-) -> Result<(), StudyError> {
+) -> Result<(), PhantomError> {
     let n = run.phantom.camera().n_bins();
     let volume = Volume {
         values: volume,
@@ -410,7 +409,7 @@ pub(super) fn measures(page: &mut Page, report: &Report) {
 }
 
 /// The circle of the appendix: Fig. 18.
-pub(super) fn circle(page: &mut Page, study: &CircleStudy) -> Result<(), StudyError> {
+pub(super) fn circle(page: &mut Page, study: &CircleStudy) -> Result<(), PhantomError> {
     page.section(
         "Appendix: the circle",
         "A membrane whose reference configuration is a straight line inflates to an arc of a circle; with the \
