@@ -58,7 +58,7 @@ pub(crate) fn figure(picture: &Picture, caption: &str) -> Result<Markup, Phantom
     let png = STANDARD.encode(picture.to_png()?);
     Ok(html! {
         figure {
-            img src={ "data:image/png;base64," (png) } width=(picture.width()) height=(picture.height()) alt=(caption);
+            img src={ "data:image/png;base64," (png) } width=(picture.width) height=(picture.height) alt=(caption);
             figcaption { (caption) }
         }
     })

@@ -7,12 +7,10 @@ use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
 
-use super::canvas::{
-    Area, Drawn, FINE, HPos, Rect, label, paint, paint_over, text, text_width, title,
-};
-use super::marks::{arrow, segment, swatch};
+use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, paint, paint_over, text, title};
+use super::marks::{Entry, Sign, arrow, legend, segment};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
-use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, VERMILION};
+use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SURFACE, TEXT, VERMILION};
 use super::wall::{Met, Part, Wall};
 use super::{Picture, WallState};
 
@@ -20,8 +18,14 @@ use super::{Picture, WallState};
 const MESH: [f64; 2] = [48.0, 40.0];
 /// Thickness of its lines, cm.
 const LINE: f64 = 0.035;
-/// Height of the legend in pixels.
+/// Height of the legend in pixels, and its entries.
 const KEY: i32 = 60;
+const ENTRIES: [Entry<'_>; 4] = [
+    (Sign::Line(16), SURFACE, "outside"),
+    (Sign::Line(16), CAVITY, "cavity"),
+    (Sign::Line(16), CUT, "cut, base"),
+    (Sign::Line(2), BLUE, "equal steps along the wall and around"),
+];
 
 /// Draws each state twice at one scale: above the wall cut open, below the mesh on its outer surface.
 ///
@@ -101,23 +105,8 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> 
             segment(area, ends[0], ends[1], BLACK, 3)?;
             label(area, "2 cm", (x + two_cm + 14, y), HPos::Left)?;
         }
-        key(area, (left + 20, size.1 - KEY / 2))
+        legend(area, &ENTRIES, (left + 20, size.1 - KEY / 2)).map(drop)
     })
-}
-
-/// Draws the legend.
-fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
-    for (words, colour, width) in [
-        ("outside", SURFACE, 16),
-        ("cavity", CAVITY, 16),
-        ("cut, base", CUT, 16),
-        ("equal steps along the wall and around", BLUE, 2),
-    ] {
-        swatch(area, (x, y), colour, width)?;
-        label(area, words, (x + 58, y), HPos::Left)?;
-        x += 58 + text_width(area, words, SMALL) + 40;
-    }
-    Ok(())
 }
 
 fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {

@@ -39,10 +39,10 @@ pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Picture, PhantomError> {
-    let (width, height) = (picture.width(), picture.height());
+    let (width, height) = (picture.width, picture.height);
     let fine = FINE as usize;
-    let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
-    for row in picture.rgb().chunks_exact(3 * width as usize) {
+    let mut canvas = Vec::with_capacity(picture.rgb.len() * fine * fine);
+    for row in picture.rgb.chunks_exact(3 * width as usize) {
         let wide: Vec<u8> = row
             .as_chunks::<3>()
             .0
@@ -69,7 +69,7 @@ fn paint_on(
             .map_err(not_drawn)?;
     }
     let rgb = average(&canvas, width as usize, height as usize);
-    Ok(Picture::new(width, height, rgb))
+    Ok(Picture { width, height, rgb })
 }
 
 /// The error of the plotting library, which draws in memory.
@@ -294,7 +294,7 @@ pub(super) fn equal_scale(bounds: [f64; 4], margin: f64, plot: (i32, i32)) -> [f
     [cx - 0.5 * w, cx + 0.5 * w, cy - 0.5 * h, cy + 0.5 * h]
 }
 
-fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
+pub(super) fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
     (FONT, size * FINE).into_text_style(&(1, 1)).color(colour)
 }
 
@@ -394,6 +394,3 @@ pub(super) fn on_plot(chart: &Chart<'_, '_>, p: [f64; 2]) -> (i32, i32) {
     let (x, y) = chart.plotting_area().map_coordinate(&(p[0], p[1]));
     (x - base.0, y - base.1)
 }
-
-#[cfg(test)]
-mod tests;

@@ -48,7 +48,7 @@ impl Page {
         caption: impl Render,
     ) -> Result<(), PhantomError> {
         picture.write_png(&self.folder.join(file))?;
-        self.figure(file, [picture.width(), picture.height()], caption);
+        self.figure(file, [picture.width, picture.height], caption);
         Ok(())
     }
 

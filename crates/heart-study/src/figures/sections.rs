@@ -42,6 +42,13 @@ impl Cut {
     }
 }
 
+/// Returns the grey window from 0 to the largest sample of some planes, or to 1 if none is positive.
+pub(crate) fn window(cuts: &[Cut]) -> [f64; 2] {
+    let values = cuts.iter().flat_map(|cut| &cut.values);
+    let most = values.fold(0.0f32, |most, &value| most.max(value));
+    [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }]
+}
+
 /// Draws sections side by side, three per row, with one scale per row, one grey window, a colour bar and a heading. Orientation letters are
 /// outside the image, in the margin of its frame.
 pub(crate) fn sections(

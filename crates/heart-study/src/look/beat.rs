@@ -20,11 +20,11 @@ const BYTES_EACH: usize = 16;
 pub(super) struct Beat {
     grid: VoxelGrid,
     /// Voxels averaged along each axis.
-    factor: usize,
+    pub(super) factor: usize,
     gates: usize,
     seconds: f64,
     /// `[gate][z][y][x]` of the coarser voxels.
-    samples: Vec<f32>,
+    pub(super) samples: Vec<f32>,
 }
 
 impl Beat {
@@ -72,11 +72,6 @@ impl Beat {
         }
     }
 
-    /// Edge of a voxel of the page over one of the volume.
-    pub(super) fn factor(&self) -> usize {
-        self.factor
-    }
-
     /// Returns a compressed NIfTI of bytes from 0 to white of the window, in base64. Negative samples become 0.
     pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, PhantomError> {
         let (shape, spacing) = (coarse(&self.grid, self.factor), self.grid.spacing());
@@ -112,32 +107,4 @@ fn coarse(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
 /// Voxels averaged along each axis, at most all.
 fn factors(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
     grid.shape().map(|n| factor.min(n))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::Scene;
-    use std::io::Read;
-
-    #[test]
-    fn voxels_of_the_page_are_averages_at_their_positions() {
-        let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
-        let mut beat = Beat::new(&phantom);
-        assert_eq!(beat.factor, 1);
-        beat.factor = 2;
-        let volume: Vec<f32> = (0..512).map(|k| (k % 8) as f32).collect();
-        beat.push(&volume);
-        assert_eq!(beat.samples.len(), 64);
-        assert_eq!(beat.samples[..4], [0.5, 2.5, 4.5, 6.5]);
-        let packed = STANDARD.decode(beat.base64([0.0, 255.0]).unwrap()).unwrap();
-        let mut nifti = Vec::new();
-        flate2::read::GzDecoder::new(packed.as_slice())
-            .read_to_end(&mut nifti)
-            .unwrap();
-        let float = |at: usize| f32::from_le_bytes(nifti[at..at + 4].try_into().unwrap());
-        assert_eq!(float(80), 40.0); // mm, of 16 cm in 8 voxels
-        assert_eq!(float(268), 60.0); // of x, which points the other way
-        assert_eq!(nifti[352..356], [1, 3, 5, 7]); // halves are rounded up
-    }
 }

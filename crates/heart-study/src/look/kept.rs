@@ -152,28 +152,3 @@ impl Shown {
         [if low < -0.1 * high { low } else { 0.0 }, high]
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::Scene;
-
-    /// Gate 4 is cardiac gate 1 of 3 in the second respiratory gate.
-    #[test]
-    fn gates_are_named_by_their_index_cardiac_phase_and_respiratory_gate() {
-        let name = |breathing: &str, mode: &str, gate: usize| {
-            let scene = format!(
-                "[camera]\nseconds_per_view = 30.0\n{breathing}[acquisition]\nmode = {mode}\n"
-            );
-            let scene = Scene::from_toml(&scene).unwrap().with_size(8);
-            Look::new(&Phantom::new(scene).unwrap(), false).when(gate)
-        };
-        let gated = "{ gated = { gates = 3 } }";
-        let breathing = "[breathing]\ngates = { phase = 2 }\n";
-        assert_eq!(name("", gated, 1), "gate 1 (of 3), phase 0.500");
-        let of = "set 4: cardiac gate 1 (of 3), phase 0.500, respiratory gate 1 (of 2)";
-        assert_eq!(name(breathing, gated, 4), of);
-        let of = "whole beats, respiratory gate 1 (of 2)";
-        assert_eq!(name(breathing, "'whole-cycle'", 1), of);
-    }
-}

@@ -2,7 +2,7 @@
 
 use super::kept::Look;
 use super::planes::SHORT_AXIS;
-use crate::figures::{Cut, curves as drawn};
+use crate::figures::{Cut, curves as drawn, projection};
 use heart_phantom::PhantomError;
 use heart_phantom::membrane_forces::PressureLaw;
 use heart_phantom::revolve_voxel::nalgebra::Point3;
@@ -147,7 +147,7 @@ pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), 
         .to_lab(&Point3::new(0.5 * heart.length(), 0.0, 0.0));
     let at = (middle.z / row + 0.5 * (rows as f64 - 1.0)).round();
     let at = at.clamp(0.0, rows as f64 - 1.0) as usize;
-    let half = [0.5 * bins as f64 * bin, 0.5 * rows as f64 * row];
+    let half = 0.5 * bins as f64 * bin;
     let sinogram = Cut {
         title: format!(
             "sinogram, z = {:.2} cm",
@@ -160,19 +160,19 @@ pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), 
             .flat_map(|view| &view[at * bins..(at + 1) * bins])
             .copied()
             .collect(),
-        extent: [[-half[0], half[0]], [-0.5, n_views as f64 - 0.5]],
+        extent: [[-half, half], [-0.5, n_views as f64 - 0.5]],
     };
     let times = phantom.view_times(0)?;
     let mut chosen = vec![0, n_views / 3, 2 * n_views / 3];
     chosen.dedup();
     let images = (chosen.into_iter())
-        .map(|k| Cut {
-            title: format!("view {k}, {:.1}°", times[k].angle.to_degrees()),
-            labels: ["s (cm)".into(), "z (cm)".into()],
-            marks: Default::default(),
-            size: [bins, rows],
-            values: views[k * rows * bins..(k + 1) * rows * bins].to_vec(),
-            extent: half.map(|half| [-half, half]),
+        .map(|k| {
+            let title = format!("view {k}, {:.1}°", times[k].angle.to_degrees());
+            projection(
+                title,
+                camera,
+                &views[k * rows * bins..(k + 1) * rows * bins],
+            )
         })
         .collect();
     Ok((sinogram, images))

@@ -129,3 +129,7 @@ impl<'a> Look<'a> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/look/mod.rs"]
+mod tests;

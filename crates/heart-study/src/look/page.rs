@@ -5,13 +5,14 @@ use super::measured::Plot;
 use super::planes::Planes;
 use super::tables::tables;
 
-use crate::figures::{map, polar_maps, sections};
+use crate::figures::{map, polar_maps, sections, window};
 use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use heart_phantom::PhantomError;
 use heart_phantom::{GatedBy, Mode, RunReport, VolumeCurve};
 use maud::{Markup, PreEscaped, Render, html};
+use std::slice::from_ref;
 
 /// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` compressed by gzip.
 const NIIVUE: &[u8] = include_bytes!("../../assets/niivue-0.69.0.umd.js.gz");
@@ -63,16 +64,13 @@ fn projections(look: &Look<'_>) -> Result<Markup, PhantomError> {
     let Some((sinogram, images)) = &look.sinogram else {
         return Ok(Markup::default());
     };
-    let most = |values: &[f32]| values.iter().copied().fold(0.0f32, f32::max);
-    let high = (images.iter()).fold(0.0, |high: f32, cut| high.max(most(&cut.values)));
-    let window = |high: f32| [0.0, if high > 0.0 { f64::from(high) } else { 1.0 }];
     let size = [480, 360];
     let label = match look.phantom.scene().counting {
         Some(_) => "sample (MBq cm/mL)",
         None => "sample (cm/mL)",
     };
-    let row = map(sinogram, size, window(most(&sinogram.values)), label)?;
-    let three = sections(images, window(high), label, "")?;
+    let row = map(sinogram, size, window(from_ref(sinogram)), label)?;
+    let three = sections(images, window(images), label, "")?;
     let times = look.phantom.view_times(0)?;
     let ends = [0, times.len() - 1].map(|k| format!("{k} at {:.1}°", times[k].angle.to_degrees()));
     let caption = format!(
@@ -88,7 +86,7 @@ fn projections(look: &Look<'_>) -> Result<Markup, PhantomError> {
 
 /// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
 fn viewer(look: &Look<'_>) -> Result<Markup, PhantomError> {
-    let coarser = match look.shown[0].beat.factor() {
+    let coarser = match look.shown[0].beat.factor {
         1 => String::new(),
         n => format!(" Voxels of this page are averages over {n} x {n} x {n}."),
     };

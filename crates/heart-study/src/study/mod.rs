@@ -10,7 +10,7 @@ mod rubber;
 mod run;
 mod tomography;
 
-use crate::figures::Page;
+use crate::figures::{CircleStudy, Page};
 use crate::report::Report;
 use heart_phantom::PhantomError;
 use heart_phantom::{Observer, Progress, files};
@@ -119,7 +119,7 @@ fn compute(
 
     if let Some(mut page) = page {
         pictures::measures(&mut page, &report);
-        pictures::circle(&mut page, &circle)?;
+        pictures::circle(&mut page, &circle, report.circle.order)?;
         page.write()?;
     }
     run.time.total = total.elapsed().as_secs_f64();
@@ -132,7 +132,7 @@ fn solve(
     run: &mut Run<'_>,
     report: &mut Report,
     mut page: Option<&mut Page>,
-) -> Result<membranes::CircleStudy, PhantomError> {
+) -> Result<CircleStudy, PhantomError> {
     let clock = Instant::now();
     run.stage("reference configurations")?;
     report.reference = membranes::reference(run)?;
@@ -160,7 +160,7 @@ fn solve(
     run.time.truth_and_files += clock.elapsed().as_secs_f64();
     report.direct = direct.figures;
     report.evolving = evolving.figures;
-    report.circle = circle.figures.clone();
+    report.circle = membranes::of_circle(&circle);
     report.rubber = rubber.figures;
     Ok(circle)
 }
