@@ -25,13 +25,6 @@ impl RunOptions {
         }
     }
 
-    /// Sets the bytes for shapes of the heart.
-    #[must_use]
-    pub fn with_memory(mut self, bytes: usize) -> Self {
-        self.memory = bytes;
-        self
-    }
-
     /// Validates the numbers of threads and bytes.
     pub(crate) fn check(&self) -> Result<(), PhantomError> {
         check_count("threads", self.threads, [1, MOST_THREADS])?;

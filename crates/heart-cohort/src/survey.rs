@@ -3,8 +3,8 @@
 use crate::cohort::Cohort;
 use crate::compute::{Spare, compute};
 use crate::error::CohortError;
+use crate::field::FieldValue;
 use crate::options::RunOptions;
-use crate::value::FieldValue;
 use crate::workers;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
