@@ -2,9 +2,9 @@
 
 use crate::cohort::Cohort;
 use crate::cohort::Subset;
+use crate::compute::RunOptions;
 use crate::error::CohortError;
 use crate::folder::check_own;
-use crate::options::RunOptions;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Volume, create_writable_folder, nifti_bytes, write_atomically};

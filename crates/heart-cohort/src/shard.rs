@@ -1,11 +1,10 @@
 //! Computes a shard: consecutive members in one archive, with its record.
 
 use crate::cohort::Cohort;
-use crate::compute::{Spare, compute};
+use crate::compute::{RunOptions, Spare, compute};
 use crate::error::CohortError;
 use crate::error::{Fault, FileFault};
 use crate::folder::Shard;
-use crate::options::RunOptions;
 use crate::piece::END;
 use crate::record::{Record, Row};
 use crate::workers;

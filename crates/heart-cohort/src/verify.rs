@@ -1,11 +1,10 @@
 //! Compares all shards of a directory with the cohort and recomputes some members.
 
 use crate::cohort::Cohort;
-use crate::compute::{Spare, compute};
+use crate::compute::{RunOptions, Spare, compute};
 use crate::error::CohortError;
 use crate::error::{Fault, FileFault};
 use crate::folder::Listing;
-use crate::options::RunOptions;
 use crate::record::{Record, Row};
 use crate::workers;
 use rand_chacha::ChaCha8Rng;

@@ -5,7 +5,7 @@ mod cases;
 mod measure;
 mod page;
 
-use crate::figures::Page;
+use crate::html::Page;
 use heart_phantom::PhantomError;
 use heart_phantom::{Observer, Progress, files};
 use measure::CaseResult;

@@ -4,7 +4,8 @@ use super::cases::{
     BASE, Case, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN,
 };
 use super::measure::CaseResult;
-use crate::figures::{Page, curves};
+use crate::figures::curves;
+use crate::html::Page;
 use heart_phantom::Method;
 use heart_phantom::PhantomError;
 

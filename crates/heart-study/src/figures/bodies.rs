@@ -67,7 +67,7 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> 
         }
         Ok(())
     })?;
-    let paints = Paints::new();
+    let (paper, lines) = (mix(light(SURFACE), WHITE, 0.72), light(BLUE));
     let mut bars = Vec::new();
     for (i, (wall, opened)) in walls.iter().zip(&opened).enumerate() {
         // One base plane in all panels, at the same position.
@@ -79,7 +79,7 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> 
         let open = Camera::new(view, centre, span, panel(i, 0));
         open.render(&mut picture, WHITE, |p| {
             let met = opened.met(p, -open.toward)?;
-            Some(seen(&open, &met, paints.of(met.part)))
+            Some(seen(&open, &met, paint_of(met.part)))
         });
         let mesh = Camera::new(view, centre, span, panel(i, 1));
         mesh.render(&mut picture, WHITE, |p| {
@@ -89,9 +89,9 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> 
                     // Width of a pixel on the inclined surface, for antialiasing of lines.
                     let soft = mesh.per_pixel / met.normal.dot(&mesh.toward).max(0.2);
                     let ink = mesh_line([material, stretch], &met.point, soft);
-                    mix(paints.paper, paints.mesh, ink)
+                    mix(paper, lines, ink)
                 }
-                part => paints.of(part),
+                part => paint_of(part),
             };
             Some(seen(&mesh, &met, colour))
         });
@@ -122,33 +122,13 @@ fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
     }
 }
 
-/// The colours of the parts of the wall as linear light.
-struct Paints {
-    outer: Colour,
-    inner: Colour,
-    flat: Colour,
-    mesh: Colour,
-    paper: Colour,
-}
-
-impl Paints {
-    fn new() -> Self {
-        Self {
-            outer: light(SURFACE),
-            inner: light(CAVITY),
-            flat: light(CUT),
-            mesh: light(BLUE),
-            paper: mix(light(SURFACE), WHITE, 0.72),
-        }
-    }
-
-    fn of(&self, part: Part) -> Colour {
-        match part {
-            Part::Outer { .. } => self.outer,
-            Part::Inner => self.inner,
-            Part::Flat(_) => self.flat,
-        }
-    }
+/// The light of a part of the wall.
+fn paint_of(part: Part) -> Colour {
+    light(match part {
+        Part::Outer { .. } => SURFACE,
+        Part::Inner => CAVITY,
+        Part::Flat(_) => CUT,
+    })
 }
 
 /// Returns the opacity of mesh lines at a point of the outer wall in the body frame, 0 to 1, from its material coordinate and the
@@ -192,7 +172,6 @@ pub(crate) fn poses(
         }
         Ok(())
     })?;
-    let paints = Paints::new();
     let mut cameras = Vec::with_capacity(poses.len());
     for (i, wall) in walls.iter().enumerate() {
         let rect = Rect {
@@ -204,7 +183,7 @@ pub(crate) fn poses(
         let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect);
         camera.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -camera.toward)?;
-            Some(seen(&camera, &met, paints.of(met.part)))
+            Some(seen(&camera, &met, paint_of(met.part)))
         });
         cameras.push(camera);
     }

@@ -29,9 +29,8 @@ pub(super) fn paint(
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Picture, PhantomError> {
-    let fine = FINE as usize;
-    let canvas = vec![255u8; 3 * width as usize * fine * height as usize * fine];
-    paint_on(canvas, width, height, draw)
+    let rgb = vec![255; 3 * width as usize * height as usize];
+    paint_over(Picture { width, height, rgb }, draw)
 }
 
 /// Draws over a finished image; other pixels do not change.
@@ -39,27 +38,14 @@ pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Picture, PhantomError> {
-    let (width, height) = (picture.width, picture.height);
+    let Picture { width, height, rgb } = picture;
     let fine = FINE as usize;
-    let mut canvas = Vec::with_capacity(picture.rgb.len() * fine * fine);
-    for row in picture.rgb.chunks_exact(3 * width as usize) {
-        let wide: Vec<u8> = row
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .flat_map(|pixel| pixel.repeat(fine))
-            .collect();
+    let mut canvas = Vec::with_capacity(rgb.len() * fine * fine);
+    for row in rgb.chunks_exact(3 * width as usize) {
+        let pixels = row.as_chunks::<3>().0.iter();
+        let wide: Vec<u8> = pixels.flat_map(|pixel| pixel.repeat(fine)).collect();
         (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
     }
-    paint_on(canvas, width, height, draw)
-}
-
-fn paint_on(
-    mut canvas: Vec<u8>,
-    width: u32,
-    height: u32,
-    draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, PhantomError> {
     style::register();
     {
         let size = (width * FINE as u32, height * FINE as u32);

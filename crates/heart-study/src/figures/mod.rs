@@ -17,7 +17,7 @@
 //! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] and
 //! [`polar_maps()`] as SVG, [`map()`] of any samples.
 //!
-//! [`Page`] writes `index.html`. Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
+//! Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
 //! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
 
 mod bodies;
@@ -29,7 +29,6 @@ mod forces;
 mod images;
 mod isosurface;
 mod marks;
-mod page;
 mod picture;
 mod polar;
 mod raster;
@@ -50,7 +49,6 @@ pub(crate) use curves::curves;
 pub(crate) use forces::{ForceFrame, force_frames};
 pub(crate) use images::{images, projection, slice};
 pub(crate) use isosurface::{IsoView, isosurface};
-pub(crate) use page::Page;
 pub(crate) use picture::Picture;
 pub(crate) use polar::polar_maps;
 pub(crate) use render::View;

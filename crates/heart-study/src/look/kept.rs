@@ -12,7 +12,7 @@ pub(crate) struct Look<'a> {
     pub(super) phantom: &'a Phantom,
     /// Whether a page is written.
     pub(super) page: bool,
-    pub(super) planes: Option<Planes>,
+    pub(super) planes: Planes,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
     pub(super) sums: Vec<Vec<f64>>,
@@ -36,8 +36,7 @@ impl Look<'_> {
     /// Adds the volume of the next gate, for a page also to the viewer.
     pub(super) fn keep(&mut self, name: &'static str, volume: &[f32]) {
         let phantom = self.phantom;
-        let planes = self.planes.get_or_insert_with(|| Planes::new(phantom));
-        let cuts = planes.cut(volume);
+        let cuts = self.planes.cut(volume);
         let known = self.shown.iter().position(|shown| shown.name == name);
         let at = known.unwrap_or_else(|| {
             self.shown.push(Shown {

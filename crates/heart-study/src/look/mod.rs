@@ -7,7 +7,7 @@ mod page;
 mod planes;
 mod tables;
 
-use crate::figures::Page;
+use crate::html::Page;
 use beat::Beat;
 use heart_phantom::PhantomError;
 use heart_phantom::files::write_atomically;
@@ -24,7 +24,7 @@ impl<'a> Look<'a> {
         Self {
             phantom,
             page,
-            planes: None,
+            planes: Planes::new(phantom),
             shown: Vec::new(),
             sums: Vec::new(),
             sinogram: None,

@@ -2,7 +2,6 @@
 
 use super::kept::{Look, Shown};
 use super::measured::Plot;
-use super::planes::Planes;
 use super::tables::tables;
 
 use crate::figures::{map, polar_maps, sections, window};
@@ -133,8 +132,7 @@ fn viewer(look: &Look<'_>) -> Result<Markup, PhantomError> {
 
 /// Sections of each kind of volume and their difference in the gates of [`extremes`].
 fn slices(look: &Look<'_>) -> Result<Markup, PhantomError> {
-    let is_anatomical = look.planes.as_ref().is_some_and(Planes::is_anatomical);
-    let walls = match is_anatomical {
+    let walls = match look.planes.is_anatomical() {
         true => {
             " with the anterior wall on top and the lateral wall to the right, as are the polar maps"
         }

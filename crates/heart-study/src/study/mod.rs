@@ -10,7 +10,8 @@ mod rubber;
 mod run;
 mod tomography;
 
-use crate::figures::{CircleStudy, Page};
+use crate::figures::CircleStudy;
+use crate::html::Page;
 use crate::report::Report;
 use heart_phantom::PhantomError;
 use heart_phantom::{Observer, Progress, files};

@@ -5,10 +5,11 @@ use super::membranes::DirectStudy;
 use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
 use crate::figures::{
-    self, CircleStudy, Cut, ForceFrame, IsoView, Page, Picture, Shape, View, Volume, WallState,
-    bodies, curves, force_frames, histories, images, isosurface, poses, projection, shapes, slice,
+    self, CircleStudy, Cut, ForceFrame, IsoView, Picture, Shape, View, Volume, WallState, bodies,
+    curves, force_frames, histories, images, isosurface, poses, projection, shapes, slice,
     wall_meshes, window,
 };
+use crate::html::Page;
 use crate::report::{self, Report};
 use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;

@@ -12,6 +12,7 @@ use heart_phantom::{Phantom, PhantomError, Scene};
 
 use super::*;
 use crate::figures;
+use crate::html::Page;
 
 #[test]
 fn files_are_written_completely_and_restored_exactly() {

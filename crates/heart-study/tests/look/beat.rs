@@ -10,9 +10,8 @@ use std::io::Read;
 #[test]
 fn voxels_of_the_page_are_averages_at_their_positions() {
     let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
-    let mut beat = Beat::new(&phantom);
-    assert_eq!(beat.factor, 1);
-    beat.factor = 2;
+    assert_eq!(Beat::new(&phantom).factor, 1);
+    let mut beat = Beat::with_factor(&phantom, 2);
     let volume: Vec<f32> = (0..512).map(|k| (k % 8) as f32).collect();
     beat.push(&volume);
     assert_eq!(beat.samples.len(), 64);
