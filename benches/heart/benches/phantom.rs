@@ -346,7 +346,7 @@ fn papers(effort: Effort) {
                 size,
                 threads,
                 seconds,
-                error: report.ram_lak.static_.quality.rmse_truth.expect("a truth"),
+                error: report.ram_lak.r#static.quality.rmse_truth.expect("a truth"),
                 error_kind: "rms of the static one",
             }
             .print();
