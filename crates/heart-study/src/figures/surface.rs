@@ -13,8 +13,8 @@ pub(super) const STEP: f64 = 1.0;
 pub(super) struct Surface<'a> {
     volume: Volume<'a>,
     level: f32,
-    /// Index coordinates that contain all cells with such a sample: lowest and highest of x, y, z.
-    around: [[f64; 2]; 3],
+    /// Index coordinates that contain all cells with such a sample, lowest and highest of x, y, z; `None` without one.
+    around: Option<[[f64; 2]; 3]>,
 }
 
 /// A point of the surface.
@@ -42,14 +42,13 @@ impl<'a> Surface<'a> {
         let reached = (volume.values.par_chunks(nx).enumerate())
             .filter_map(box_of_row)
             .reduce_with(union);
-        let around = match reached {
-            // The cells around a sample end at its neighbours.
-            Some(reached) => [0, 1, 2].map(|a| {
+        // The cells around a sample end at its neighbours.
+        let around = reached.map(|reached| {
+            [0, 1, 2].map(|a| {
                 let [first, last] = reached[a];
                 [first.saturating_sub(1), (last + 1).min(size[a] - 1)].map(|k| k as f64)
-            }),
-            None => [[f64::INFINITY, f64::NEG_INFINITY]; 3],
-        };
+            })
+        });
         Self {
             volume,
             level,
@@ -78,11 +77,7 @@ impl<'a> Surface<'a> {
         to: f64,
     ) -> Option<Found> {
         let (mut t, mut end) = (from, to);
-        for a in 0..3 {
-            let [low, high] = self.around[a];
-            if low > high {
-                return None;
-            }
+        for (a, [low, high]) in self.around?.into_iter().enumerate() {
             if along[a] == 0.0 {
                 if !(low <= origin[a] && origin[a] <= high) {
                     return None;
