@@ -146,7 +146,7 @@ impl PyCohort {
         made.set_item("key", member.key)?;
         made.set_item("case", member.case)?;
         made.set_item("case_index", member.case_index)?;
-        made.set_item("split", member.split.map(heart_cohort::Subset::name))?;
+        made.set_item("split", to_python(py, &member.split)?)?;
         made.set_item("attempts", member.attempts)?;
         made.set_item("values", values)?;
         Ok(made)

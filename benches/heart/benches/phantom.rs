@@ -335,7 +335,8 @@ fn papers(effort: Effort) {
     let folder = std::env::temp_dir().join(format!("benches-paper-{}", std::process::id()));
     for &size in sizes {
         for &threads in benches::threads() {
-            let options = StudyOptions::default().with_size(size).with_figures(false);
+            let mut options = StudyOptions::default();
+            (options.size, options.figures) = (size, false);
             let run = || heart_study::run(&options, &folder, &no_observer).expect("a study");
             let (seconds, report) = on_threads(threads, || timed(effort, run));
             Row {
@@ -345,7 +346,7 @@ fn papers(effort: Effort) {
                 size,
                 threads,
                 seconds,
-                error: report.ram_lak.static_.quality.rmse_truth.expect("a truth"),
+                error: report.ram_lak.r#static.quality.rmse_truth.expect("a truth"),
                 error_kind: "rms of the static one",
             }
             .print();

@@ -1,16 +1,16 @@
-//! Computes a member: its part of a shard.
+//! Computes a member, its part of a shard, with the options of the computation.
 
 use crate::cohort::{Cohort, Compression, Precision};
 use crate::draw::Member;
 use crate::geometry::geometry;
 use crate::half::half;
-use crate::options::RunOptions;
 use crate::piece::Piece;
 use crate::read::json_of;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Samples, put_npy};
 use heart_phantom::{
-    MotionPhase, Numbers, Phantom, PhantomError, Product, ProjectionValues, chain,
+    Heart, MotionPhase, Numbers, Phantom, PhantomError, Product, ProjectionValues, chain,
+    check_count,
 };
 use serde_json::json;
 use std::io::Write;
@@ -18,6 +18,36 @@ use std::sync::{Mutex, PoisonError};
 
 /// Upper bound on the size of an array header, the padding of its file and the header of the next.
 const NPY_HEADER: usize = 2048;
+
+const MOST_THREADS: usize = 4096;
+
+/// Options of the computation of a shard. Results do not depend on them, except that a member whose memory exceeds its part is rejected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct RunOptions {
+    /// Number of members computed concurrently, each on one thread: 1 to 4096.
+    pub threads: usize,
+    /// Bytes for shapes of the heart on all threads, at least 1 ([`Heart::with_memory`]); default 512 MiB.
+    pub memory: usize,
+}
+
+impl RunOptions {
+    /// Options for a number of concurrent members, 1 to 4096, and 512 MiB; the functions that compute members reject others, and 0 bytes,
+    /// with [`PhantomError::Count`] before any work.
+    #[must_use]
+    pub fn new(threads: usize) -> Self {
+        Self {
+            threads,
+            memory: Heart::DEFAULT_MEMORY,
+        }
+    }
+
+    /// Validates the numbers of threads and bytes.
+    pub(crate) fn check(&self) -> Result<(), PhantomError> {
+        check_count("threads", self.threads, [1, MOST_THREADS])?;
+        check_count("memory", self.memory, [1, usize::MAX]).map(drop)
+    }
+}
 
 /// The format of arrays.
 type Form = (Compression, Precision);
@@ -189,63 +219,53 @@ fn add(
     let [nx, ny, nz] = camera.grid().shape();
     let n_gates = phantom.n_gates();
     let phases: Vec<MotionPhase> = phantom.phases().iter().map(|phase| phase.at).collect();
+    let views_shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
     let gates_shape = [n_gates, nz, ny, nx];
     let phases_shape = [phases.len(), nz, ny, nx];
+    let of_gate = (samples.len() / n_gates).max(1);
     match product {
-        Product::Projections => {
-            let shape = [n_gates, camera.n_views(), camera.n_rows(), camera.n_bins()];
-            let is_counts = phantom.scene().output.values == ProjectionValues::Counts;
-            if !is_counts {
-                return put(piece, form, "projections.npy", &shape, &samples[..]);
-            }
+        Product::Projections if phantom.scene().output.values == ProjectionValues::Counts => {
             let mut counts = Vec::with_capacity(samples.len());
-            for (gate, own) in samples.chunks(samples.len() / n_gates).enumerate() {
+            for (gate, own) in samples.chunks(of_gate).enumerate() {
                 counts.extend_from_slice(&phantom.in_values_of_output(gate, 0, own)?);
             }
             // Half precision has gaps between integers above 2048.
             let form = (form.0, Precision::Float32);
-            put(piece, form, "projections.npy", &shape, &counts[..])?;
+            put(piece, form, "projections", &views_shape, &counts[..])
         }
+        Product::Projections => put(piece, form, "projections", &views_shape, &samples[..]),
         Product::Reconstruction => {
-            let length = samples.len() / n_gates;
             let mut volumes = Vec::with_capacity(gates_shape.iter().product());
-            for (gate, own) in samples.chunks(length.max(1)).enumerate() {
+            for (gate, own) in samples.chunks(of_gate).enumerate() {
                 volumes.extend(phantom.reconstruct(gate, own)?);
             }
-            put(
-                piece,
-                form,
-                "reconstruction.npy",
-                &gates_shape,
-                &volumes[..],
-            )?;
+            put(piece, form, "reconstruction", &gates_shape, &volumes[..])
         }
         Product::Truth => {
             samples.resize(gates_shape.iter().product(), 0.0);
             phantom.truth_of_gates_into(samples)?;
-            put(piece, form, "truth.npy", &gates_shape, &samples[..])?;
+            put(piece, form, "truth", &gates_shape, &samples[..])
         }
         Product::Labels => {
             let mut labels = Vec::with_capacity(phases_shape.iter().product());
             for phase in phases {
                 labels.extend(phantom.labels(phase)?);
             }
-            put(piece, form, "labels.npy", &phases_shape, &labels[..])?;
+            put(piece, form, "labels", &phases_shape, &labels[..])
         }
         Product::Attenuation => {
             let mut maps = Vec::with_capacity(phases_shape.iter().product());
             for phase in phases {
                 maps.extend(phantom.attenuation(phase)?);
             }
-            put(piece, form, "attenuation.npy", &phases_shape, &maps[..])?;
+            put(piece, form, "attenuation", &phases_shape, &maps[..])
         }
         // Rejected when the text was read.
-        _ => {}
+        _ => Ok(()),
     }
-    Ok(())
 }
 
-/// Adds an array in the format of the cohort.
+/// Adds an array as `name.npy` in the format of the cohort.
 fn put<'a>(
     piece: &mut Piece,
     (compression, precision): Form,
@@ -254,7 +274,7 @@ fn put<'a>(
     samples: impl Into<Samples<'a>>,
 ) -> Result<(), PhantomError> {
     let failed = |source| PhantomError::File {
-        path: name.into(),
+        path: format!("{name}.npy").into(),
         source,
     };
     let samples = samples.into();
@@ -267,12 +287,12 @@ fn put<'a>(
         None => put_npy(out, shape, samples),
     };
     let added = match compression {
-        Compression::None => piece.add(name, |out| {
+        Compression::None => piece.add(&format!("{name}.npy"), |out| {
             // Exact capacity: a growing vector allocates up to twice as much.
             out.reserve_exact(samples.len() * samples.bytes_each() + NPY_HEADER);
             write(out)
         }),
-        Compression::Gzip => piece.add(&format!("{name}.gz"), |out| {
+        Compression::Gzip => piece.add(&format!("{name}.npy.gz"), |out| {
             let mut out = GzEncoder::new(out, flate2::Compression::fast());
             write(&mut out)?;
             out.finish().map(drop)

@@ -1,7 +1,7 @@
 //! Distributions of field values by their quantile functions.
 
+use crate::field::FieldValue;
 use crate::quantile::{normal_quantile, normal_share};
-use crate::value::FieldValue;
 use serde::{Deserialize, Serialize};
 
 /// Smallest probability of a normal distribution within its bounds.

@@ -1,10 +1,10 @@
 //! Draws the field values of a member from its index.
 
+use crate::cohort::Subset;
 use crate::cohort::{Case, Cohort, Sampling};
 use crate::error::CohortError;
+use crate::field::FieldValue;
 use crate::read::scene_from;
-use crate::split::Subset;
-use crate::value::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::Scene;
 use heart_phantom::scene::SceneError;

@@ -1,10 +1,10 @@
 //! Exports a member as NIfTI in the layout of nnU-Net and MONAI.
 
 use crate::cohort::Cohort;
+use crate::cohort::Subset;
+use crate::compute::RunOptions;
 use crate::error::CohortError;
 use crate::folder::check_own;
-use crate::options::RunOptions;
-use crate::split::Subset;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use heart_phantom::files::{Volume, create_writable_folder, nifti_bytes, write_atomically};
@@ -37,7 +37,7 @@ pub fn export(
 ) -> Result<Vec<PathBuf>, CohortError> {
     /// Bytes per voxel of the image and its labels, and of an image as NIfTI.
     const BYTES_EACH: u64 = 4 + 1 + 4;
-    RunOptions::new(1).with_memory(memory).check()?;
+    RunOptions { threads: 1, memory }.check()?;
     check_own(&folder.join(DATASET), u64::MAX, |bytes| {
         serde_json::from_slice::<Value>(bytes).is_ok_and(|found| found["name"] == NAME)
     })?;

@@ -1,7 +1,70 @@
 //! Fields of a scene by their dotted paths: `heart.inner.radius`, `pose.shift.1`, `defects.2.activity`. Arrays count from 1, as in
-//! errors of a scene.
+//! errors of a scene. Values of fields: numbers, names or tables.
 
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// The value of a field: drawn for a member, or listed in a `choice`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum FieldValue {
+    /// True or false.
+    Truth(bool),
+    /// An integer.
+    Whole(i64),
+    /// A floating-point number.
+    Number(f64),
+    /// A name.
+    Text(String),
+    /// An array.
+    List(Vec<FieldValue>),
+    /// A table of fields.
+    Table(BTreeMap<String, FieldValue>),
+}
+
+impl FieldValue {
+    /// Returns the value as a number.
+    #[must_use]
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Whole(whole) => Some(*whole as f64),
+            Self::Number(number) => Some(*number),
+            Self::Truth(_) | Self::Text(_) | Self::List(_) | Self::Table(_) => None,
+        }
+    }
+
+    /// Returns the path of the first NaN or infinity in this value, empty for the value itself. JSON supports neither.
+    pub(crate) fn not_finite(&self) -> Option<String> {
+        let below = |name: String, value: &Self| match value.not_finite()?.as_str() {
+            "" => Some(name),
+            path => Some(format!("{name}.{path}")),
+        };
+        match self {
+            Self::Number(number) => (!number.is_finite()).then(String::new),
+            Self::List(list) => {
+                (list.iter().enumerate()).find_map(|(k, value)| below((k + 1).to_string(), value))
+            }
+            Self::Table(table) => {
+                (table.iter()).find_map(|(name, value)| below(name.clone(), value))
+            }
+            Self::Truth(_) | Self::Whole(_) | Self::Text(_) => None,
+        }
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        // Keys are strings, so every value has a form in JSON; NaN and infinity were rejected with the text.
+        serde_json::to_value(self).unwrap_or_default()
+    }
+}
+
+/// As JSON, on one line.
+impl fmt::Display for FieldValue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.json().fmt(f)
+    }
+}
 
 /// Returns the value at a path.
 pub(crate) fn get<'a>(scene: &'a Value, path: &str) -> Option<&'a Value> {
@@ -76,43 +139,4 @@ pub(crate) fn overlap(path: &str, other: &str) -> bool {
 
 fn index(name: &str) -> Option<usize> {
     name.parse::<usize>().ok()?.checked_sub(1)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use serde_json::json;
-
-    #[test]
-    fn paths_lead_through_tables_and_arrays() {
-        let mut scene = json!({ "a": { "b": 1 }, "c": [{ "d": 2 }, 3], "e": "name" });
-        assert_eq!(get(&scene, "c.1.d"), Some(&json!(2)));
-        for missing in ["a.x", "c.0", "c.3", "c.x", "e.f", ""] {
-            assert_eq!(get(&scene, missing), None, "{missing}");
-        }
-        assert!(set(&mut scene, "c.2", json!(4)) && set(&mut scene, "x.y", json!(5)));
-        assert_eq!(
-            scene,
-            json!({ "a": { "b": 1 }, "c": [{ "d": 2 }, 4], "e": "name", "x": { "y": 5 } })
-        );
-        assert!(!set(&mut scene, "e.f", json!(0)) && !set(&mut scene, "c.9", json!(0)));
-    }
-
-    #[test]
-    fn the_upper_table_has_priority() {
-        let mut below = json!({ "a": { "b": 1, "c": 2 }, "volume": { "gain": 0.6 }, "d": [1, 2] });
-        lay_over(
-            &mut below,
-            &json!({ "a": { "b": 3 }, "volume": { "volumes": { "edv": 1 } }, "d": [4] }),
-        );
-        assert_eq!(
-            below,
-            json!({ "a": { "b": 3, "c": 2 }, "volume": { "volumes": { "edv": 1 } }, "d": [4] })
-        );
-        lay_over(
-            &mut below,
-            &json!({ "volume": { "volumes": { "edv": 2 } } }),
-        );
-        assert_eq!(below["volume"], json!({ "volumes": { "edv": 2 } }));
-    }
 }

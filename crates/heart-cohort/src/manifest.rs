@@ -1,12 +1,12 @@
 //! The manifest of all members from the records of their shards.
 
+use crate::cohort::Subset;
 use crate::error::CohortError;
-use crate::fault::{Fault, FileFault};
+use crate::error::{Fault, FileFault};
+use crate::field::FieldValue;
 use crate::folder::{Listing, check_own};
 use crate::record::{Record, Row};
 use crate::shard::remove_left;
-use crate::split::Subset;
-use crate::value::FieldValue;
 use heart_phantom::files;
 use std::collections::BTreeSet;
 use std::io;
@@ -77,10 +77,10 @@ pub fn merge(folder: &Path) -> Result<ManifestReport, CohortError> {
         match checked {
             Ok(record) => {
                 report.bytes += record.bytes;
+                report.members += record.rows.len() as u64;
+                report.rejected += record.rejected();
+                report.warned += record.warned();
                 for row in record.rows {
-                    report.members += 1;
-                    report.rejected += u64::from(row.rejected.is_some());
-                    report.warned += u64::from(!row.warnings.is_empty());
                     drawn.extend(row.values.into_keys());
                     numbers.extend(row.numbers.into_keys());
                 }

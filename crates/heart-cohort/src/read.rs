@@ -1,11 +1,11 @@
 //! Parses a cohort. Every named field must be a field of the scene; errors contain the position.
 
+use crate::cohort::Split;
 use crate::cohort::{Case, Cohort, Compression, Precision, Sampling};
 use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
 use crate::error::CohortError;
-use crate::split::Split;
-use crate::value::FieldValue;
+use crate::field::FieldValue;
 use crate::{field, sobol};
 use heart_phantom::scene::{Finding, SceneError, locate, read_text, read_toml};
 use heart_phantom::{PhantomError, Product, Scene, files::Format};

@@ -1,14 +1,14 @@
 //! The record of a shard: one row per member, and the checksums of the archive and of the record.
 
 use crate::cohort::Cohort;
+use crate::cohort::Subset;
 use crate::compute::Computed;
-use crate::cut::Shard;
 use crate::draw::Member;
 use crate::error::CohortError;
-use crate::fault::{Fault, FileFault};
+use crate::error::{Fault, FileFault};
+use crate::field::FieldValue;
+use crate::folder::Shard;
 use crate::piece::END;
-use crate::split::Subset;
-use crate::value::FieldValue;
 use heart_phantom::Numbers;
 use heart_phantom::files::{self, PROGRAM};
 use serde::{Deserialize, Serialize};
@@ -164,6 +164,18 @@ impl Record {
         are_adjacent
             && members.eq(self.rows.iter().map(|row| row.member))
             && end.saturating_add(END.len() as u64) == self.bytes
+    }
+
+    /// Returns the number of rejected members.
+    pub(crate) fn rejected(&self) -> u64 {
+        let rejected = self.rows.iter().filter(|row| row.rejected.is_some());
+        rejected.count() as u64
+    }
+
+    /// Returns the number of members with warnings.
+    pub(crate) fn warned(&self) -> u64 {
+        let warned = self.rows.iter().filter(|row| !row.warnings.is_empty());
+        warned.count() as u64
     }
 
     /// Returns whether it belongs to this cohort and this version of the program.

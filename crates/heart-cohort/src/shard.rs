@@ -1,11 +1,10 @@
 //! Computes a shard: consecutive members in one archive, with its record.
 
 use crate::cohort::Cohort;
-use crate::compute::{Spare, compute};
-use crate::cut::Shard;
+use crate::compute::{RunOptions, Spare, compute};
 use crate::error::CohortError;
-use crate::fault::{Fault, FileFault};
-use crate::options::RunOptions;
+use crate::error::{Fault, FileFault};
+use crate::folder::Shard;
 use crate::piece::END;
 use crate::record::{Record, Row};
 use crate::workers;
@@ -26,26 +25,12 @@ pub struct ShardReport {
     pub skipped: bool,
     /// One row per member.
     pub rows: Vec<Row>,
+    /// Number of rejected members.
+    pub rejected: u64,
+    /// Number of members with warnings.
+    pub warned: u64,
     /// Length of the archive in bytes.
     pub bytes: u64,
-}
-
-impl ShardReport {
-    /// Returns the number of rejected members.
-    #[must_use]
-    pub fn rejected(&self) -> usize {
-        self.rows
-            .iter()
-            .filter(|row| row.rejected.is_some())
-            .count()
-    }
-
-    /// Returns the number of members with warnings.
-    #[must_use]
-    pub fn warned(&self) -> usize {
-        let warned = self.rows.iter().filter(|row| !row.warnings.is_empty());
-        warned.count()
-    }
 }
 
 /// Computes a shard of a cohort in a directory unless it is complete. The archive and its record appear under their names when they
@@ -72,7 +57,7 @@ impl ShardReport {
 /// let folder = tempfile::tempdir()?; // or any other
 /// let shard = Shard { shard: 1, of: 2 };
 /// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
-/// assert!(report.rows.len() == 2 && report.rejected() == 0 && !report.skipped);
+/// assert!(report.rows.len() == 2 && report.rejected == 0 && !report.skipped);
 /// assert!(run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?.skipped);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
@@ -196,6 +181,8 @@ fn report(path: PathBuf, skipped: bool, record: Record) -> ShardReport {
     ShardReport {
         path,
         skipped,
+        rejected: record.rejected(),
+        warned: record.warned(),
         rows: record.rows,
         bytes: record.bytes,
     }

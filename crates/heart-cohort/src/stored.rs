@@ -1,8 +1,8 @@
 //! Reads the members of a shard, in order or one of them.
 
-use crate::cut::Shard;
 use crate::error::CohortError;
-use crate::fault::{Fault, FileFault};
+use crate::error::{Fault, FileFault};
+use crate::folder::Shard;
 use crate::record::{Record, Row, checksum, regular, unreadable};
 use flate2::read::GzDecoder;
 use heart_phantom::PhantomError;
@@ -108,7 +108,7 @@ impl StoredMember {
 /// "#)?;
 /// let (folder, shard) = (tempfile::tempdir()?, Shard { shard: 1, of: 1 });
 /// let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
-/// assert_eq!(report.rejected(), 0);
+/// assert_eq!(report.rejected, 0);
 /// for member in read_shard(folder.path(), shard)? {
 ///     let member = member?;
 ///     let views = member.array("projections.npy")?;
@@ -162,7 +162,7 @@ pub fn read_rows(folder: &Path, shard: Shard) -> Result<Vec<Row>, CohortError> {
 /// let mut rows = Vec::new();
 /// for shard in [1, 2].map(|shard| Shard { shard, of: 2 }) {
 ///     let report = run_shard(&cohort, folder.path(), shard, &RunOptions::new(1), &no_observer)?;
-///     assert_eq!(report.rejected(), 0);
+///     assert_eq!(report.rejected, 0);
 ///     rows.extend(read_rows(folder.path(), shard)?.into_iter().map(|row| (shard, row)));
 /// }
 /// for epoch in 0..2u64 {

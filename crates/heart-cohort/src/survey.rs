@@ -1,10 +1,9 @@
 //! Estimates a cohort before its computation: ranges from the draws, size and time from some computed members.
 
 use crate::cohort::Cohort;
-use crate::compute::{Spare, compute};
+use crate::compute::{RunOptions, Spare, compute};
 use crate::error::CohortError;
-use crate::options::RunOptions;
-use crate::value::FieldValue;
+use crate::field::FieldValue;
 use crate::workers;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};

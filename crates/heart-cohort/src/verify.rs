@@ -1,11 +1,10 @@
 //! Compares all shards of a directory with the cohort and recomputes some members.
 
 use crate::cohort::Cohort;
-use crate::compute::{Spare, compute};
+use crate::compute::{RunOptions, Spare, compute};
 use crate::error::CohortError;
-use crate::fault::{Fault, FileFault};
+use crate::error::{Fault, FileFault};
 use crate::folder::Listing;
-use crate::options::RunOptions;
 use crate::record::{Record, Row};
 use crate::workers;
 use rand_chacha::ChaCha8Rng;
@@ -62,8 +61,7 @@ pub fn verify(
         match checked {
             Ok(record) => {
                 complete += 1;
-                let with_warnings = record.rows.iter().filter(|row| !row.warnings.is_empty());
-                warned += with_warnings.count() as u64;
+                warned += record.warned();
                 let wanted = (record.rows.into_iter()).filter(|row| chosen.contains(&row.member));
                 rows.extend(wanted.map(|row| (row, name.clone())));
             }

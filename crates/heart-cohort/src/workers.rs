@@ -59,27 +59,6 @@ mod tests {
     use std::sync::atomic::{AtomicU64, Ordering};
 
     #[test]
-    fn results_are_in_order_with_a_bounded_queue() {
-        for threads in [1, 2, 3, 50] {
-            let begun = AtomicU64::new(0);
-            let mut taken = Vec::new();
-            let work = |index| {
-                begun.fetch_add(1, Ordering::SeqCst);
-                assert_eq!(rayon::current_num_threads(), 1);
-                index
-            };
-            let take = |index: u64| {
-                taken.push(index);
-                // Per thread: one in progress, one pending, one just passed on.
-                assert!(begun.load(Ordering::SeqCst) <= taken.len() as u64 + 3 * threads as u64);
-                Ok(())
-            };
-            in_order::<_, ()>(5..25, &pools(threads).unwrap(), work, take).unwrap();
-            assert_eq!(taken, (5..25).collect::<Vec<u64>>());
-        }
-    }
-
-    #[test]
     fn a_failure_ends_the_work() {
         let begun = AtomicU64::new(0);
         let work = |_| begun.fetch_add(1, Ordering::SeqCst);

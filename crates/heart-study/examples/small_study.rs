@@ -8,11 +8,11 @@ use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "study".into()));
-    let options = StudyOptions::default()
-        .with_size(16) // voxels per side
-        .with_views(8)
-        .with_nodes(51) // of the finite differences
-        .with_figures(false);
+    let mut options = StudyOptions::default();
+    options.size = 16; // voxels per side
+    options.views = 8;
+    options.nodes = 51; // of the finite differences
+    options.figures = false;
     let report = run(&options, &folder, &no_observer)?;
     let limit = &report.direct.limit;
     println!("force intensity, inner membrane: {:.10}", limit.f_inner);

@@ -7,14 +7,12 @@
 
 mod command_line;
 mod ejection;
-mod error;
 mod figures;
 mod html;
 mod look;
+pub mod report;
 mod study;
 
 pub use command_line::command_line;
-pub use error::StudyError;
 pub use heart_phantom;
-pub use study::report::{self, Report};
-pub use study::{StudyOptions, run};
+pub use study::{options::StudyOptions, run};

@@ -213,7 +213,7 @@ fn members_may_be_of_rubber() {
         let folder = tempfile::tempdir().unwrap();
         let cohort = Cohort::from_toml(&text).unwrap();
         let report = shard(&cohort, folder.path(), [1, 1], 1);
-        assert_eq!(report.rejected(), 0);
+        assert_eq!(report.rejected, 0);
         let pressures = |row: &Row| {
             let phantom = Phantom::new(cohort.member(row.member).unwrap().scene().unwrap());
             phantom.unwrap().shape(0.5).unwrap().pressures_mmhg()

@@ -483,7 +483,7 @@ fn an_unsolvable_member_has_its_reason() {
     );
     let text = text(8, head, vary).replace(SCENE, &torso);
     let report = shard(&Cohort::from_toml(&text).unwrap(), folder.path(), [1, 1], 2);
-    assert_eq!((report.rows.len(), report.rejected()), (8, 4));
+    assert_eq!((report.rows.len(), report.rejected), (8, 4));
     for row in &report.rows {
         let is_narrow = row.values["background.semi_axes.1"].number() == Some(3.0);
         assert_eq!(row.rejected.is_some(), is_narrow);

@@ -354,6 +354,14 @@ fn draws_may_be_correlated() {
     }
 }
 
+fn name(subset: Subset) -> &'static str {
+    match subset {
+        Subset::Train => "train",
+        Subset::Validation => "validation",
+        Subset::Test => "test",
+    }
+}
+
 #[test]
 fn subsets_have_their_fractions_for_any_shards() {
     let head = "split = { train = 0.7, validation = 0.2, test = 0.1 }";
@@ -362,7 +370,7 @@ fn subsets_have_their_fractions_for_any_shards() {
     let mut counts = BTreeMap::new();
     for k in 0..10_000 {
         *counts
-            .entry(cohort.member(k).unwrap().split.unwrap().name())
+            .entry(cohort.member(k).unwrap().split.map(name).unwrap())
             .or_insert(0) += 1;
     }
     for (name, fraction) in [("train", 0.7_f64), ("validation", 0.2), ("test", 0.1)] {
@@ -399,7 +407,7 @@ fn subsets_have_their_fractions_for_any_shards() {
     };
     let expected: Vec<&str> = split(&cohort)[..6]
         .iter()
-        .map(|split| split.unwrap().name())
+        .map(|split| split.map(name).unwrap())
         .collect();
     assert_eq!(column(1), expected);
     assert_eq!(column(3), expected);

@@ -52,7 +52,8 @@ fn messages_name_the_remedy() {
 fn no_memory_is_rejected_before_any_work() {
     let (cohort, folder) = (with_rejected(3), tempfile::tempdir().unwrap());
     let out = folder.path().join("out");
-    let options = RunOptions::new(1).with_memory(0);
+    let mut options = RunOptions::new(1);
+    options.memory = 0;
     let errors = [
         survey(&cohort, 1, &options).map(drop),
         export(&cohort, 0, &out, 0).map(drop),

@@ -77,7 +77,7 @@ fn every_change_of_a_byte_is_detected() {
     );
     let cohort = Cohort::from_toml(&text).unwrap();
     let reports = all(&cohort, folder.path(), 2, 1);
-    assert!(reports.iter().any(|report| report.rejected() == 1));
+    assert!(reports.iter().any(|report| report.rejected == 1));
     let files: Vec<(PathBuf, Vec<u8>)> = (reports.iter())
         .flat_map(|report| [report.path.clone(), report.path.with_extension("json")])
         .map(|path| (path.clone(), fs::read(path).unwrap()))

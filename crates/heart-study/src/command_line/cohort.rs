@@ -110,11 +110,11 @@ fn warned(count: u64) -> String {
 }
 
 fn options(arguments: &Arguments) -> RunOptions {
-    let options = RunOptions::new(rayon::current_num_threads());
-    match arguments.memory {
-        Some(mib) => options.with_memory(mib << 20),
-        None => options,
+    let mut options = RunOptions::new(rayon::current_num_threads());
+    if let Some(mib) = arguments.memory {
+        options.memory = mib << 20;
     }
+    options
 }
 
 fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> Done {
@@ -144,8 +144,8 @@ fn shards(arguments: &Arguments, cohort: &Path, out: &Path, shards: Shards) -> D
         )?;
         skipped += u64::from(report.skipped);
         made += u64::from(!report.skipped);
-        rejected += report.rejected() as u64;
-        with_warnings += report.warned() as u64;
+        rejected += report.rejected;
+        with_warnings += report.warned;
         members += report.rows.len() as u64;
         bytes += report.bytes;
         let reason = |row: Row| {

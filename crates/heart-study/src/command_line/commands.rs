@@ -2,7 +2,6 @@
 
 use super::arguments::{Arguments, Paper};
 use super::output::{Answer, Failure, complain};
-use crate::StudyError;
 use crate::ejection::{QUICK, ejection};
 use crate::look::Look;
 use clap::CommandFactory;
@@ -215,7 +214,7 @@ fn run_to_look_at(
     phantom: &Phantom,
     (page, title): (bool, &str),
     (out, progress): (&Path, Observer<'_, Progress>),
-) -> Result<RunReport, StudyError> {
+) -> Result<RunReport, PhantomError> {
     let mut look = Look::new(phantom, page);
     // Validates as `check` does, before the warnings.
     let mut run = Run::begin(phantom, out, &look.files())?;

@@ -4,13 +4,14 @@ mod arguments;
 mod cohort;
 mod commands;
 mod output;
-mod run;
 #[cfg(unix)]
 mod signals;
 mod slurm;
 
-use arguments::Arguments;
-use clap::Parser;
+use arguments::{Arguments, Command};
+use clap::{CommandFactory, Parser};
+use commands::{Done, check, ef, init, man, one_view, paper, run_scene, text, truth};
+use heart_phantom::{PhantomError, Scene};
 use output::{Failure, Output};
 use std::ffi::OsString;
 
@@ -38,5 +39,50 @@ pub fn command_line(arguments: impl IntoIterator<Item = impl Into<OsString>>) ->
             "an interrupt may leave a file that ends in .tmp: {error}"
         ));
     }
-    output.end(run::run(&arguments))
+    output.end(run(&arguments))
+}
+
+/// Runs a command.
+fn run(arguments: &Arguments) -> Done {
+    match &arguments.command {
+        Command::Paper(options) => in_pool(arguments, || paper(arguments, options)),
+        Command::Ef { out, quick } => in_pool(arguments, || ef(arguments, out, *quick)),
+        Command::Init { file } => init(file.as_deref(), Scene::default().to_toml()),
+        Command::Check { scene } => in_pool(arguments, || check(arguments, scene)),
+        Command::Run {
+            scene,
+            out,
+            no_html,
+        } => in_pool(arguments, || run_scene(arguments, scene, out, !no_html)),
+        Command::Truth { scene, phase, out } => in_pool(arguments, || {
+            truth(arguments, scene, *phase, out.as_deref())
+        }),
+        Command::View {
+            scene,
+            view,
+            gate,
+            out,
+        } => in_pool(arguments, || {
+            one_view(arguments, scene, [*gate, *view], out)
+        }),
+        Command::Cohort { command } => in_pool(arguments, || cohort::run(arguments, command)),
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            let mut command = Arguments::command();
+            clap_complete::generate(*shell, &mut command, "heart-phantom", &mut script);
+            Ok(text(&script))
+        }
+        Command::Man { command } => man(command.as_deref()),
+    }
+}
+
+/// Runs a command on the threads of the arguments, by default one per core.
+fn in_pool(arguments: &Arguments, work: impl FnOnce() -> Done + Send) -> Done {
+    let given = arguments.threads.unwrap_or(0);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(given).build();
+    let failed = |error: rayon::ThreadPoolBuildError| PhantomError::Threads {
+        given,
+        source: error.into(),
+    };
+    pool.map_err(failed)?.install(work)
 }

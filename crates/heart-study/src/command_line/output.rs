@@ -2,7 +2,6 @@
 
 #[cfg(unix)]
 use super::arguments::{Cohort, Command};
-use crate::StudyError;
 use clap::error::{ContextKind, ErrorKind};
 use heart_cohort::CohortError;
 use heart_phantom::{PhantomError, chain, escape};
@@ -43,15 +42,6 @@ impl From<CohortError> for Failure {
         match error {
             CohortError::Phantom(error) => error.into(),
             error => Self::new(&error, code_of_cohort(&error)),
-        }
-    }
-}
-
-impl From<StudyError> for Failure {
-    fn from(error: StudyError) -> Self {
-        match error {
-            StudyError::Phantom(error) => error.into(),
-            error => Self::new(&error, 1),
         }
     }
 }

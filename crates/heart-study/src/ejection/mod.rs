@@ -5,8 +5,8 @@ mod cases;
 mod measure;
 mod page;
 
-use crate::StudyError;
-use crate::figures::Page;
+use crate::html::Page;
+use heart_phantom::PhantomError;
 use heart_phantom::{Observer, Progress, files};
 use measure::CaseResult;
 pub(crate) use page::QUICK;
@@ -39,12 +39,12 @@ pub(crate) struct EjectionReport {
 /// views and tests the program only.
 ///
 /// # Errors
-/// A directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
+/// A directory that is not writable or other files under names of the study are reported before any work; see [`PhantomError`].
 pub(crate) fn ejection(
     quick: bool,
     out: &Path,
     progress: Observer<'_, Progress>,
-) -> Result<EjectionReport, StudyError> {
+) -> Result<EjectionReport, PhantomError> {
     let mut folder = files::Folder::lock(out)?;
     let planned = page::PLOTS.iter().chain(&[Page::FILE, files::REPORT]);
     folder.clear(&planned.map(PathBuf::from).collect::<Vec<_>>())?;

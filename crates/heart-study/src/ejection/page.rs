@@ -4,9 +4,10 @@ use super::cases::{
     BASE, Case, NO_ATTENUATION, NO_GATES, NO_RESPONSE, NO_WINDOW, NOTHING, SIXTEEN,
 };
 use super::measure::CaseResult;
-use crate::StudyError;
-use crate::figures::{Page, curves};
+use crate::figures::curves;
+use crate::html::Page;
 use heart_phantom::Method;
+use heart_phantom::PhantomError;
 
 const RULES: [&str; 2] = ["half maximum", "steepest gradient"];
 /// Bias of EDV and ESV in percent, of the ejection fraction in units of 0.01.
@@ -86,7 +87,7 @@ fn table<'a>(
     page.table(caption, &header, rows.map(row).collect());
 }
 
-pub(super) fn write(page: &mut Page, results: &[CaseResult]) -> Result<(), StudyError> {
+pub(super) fn write(page: &mut Page, results: &[CaseResult]) -> Result<(), PhantomError> {
     let reference: Vec<_> = (results.iter())
         .filter(|r| r.case.is_of_reference())
         .collect();
@@ -153,7 +154,7 @@ fn points(results: &[CaseResult], size: &str, name: &str, rule: usize) -> Vec<[f
         .collect()
 }
 
-fn plots(page: &mut Page, results: &[CaseResult]) -> Result<(), StudyError> {
+fn plots(page: &mut Page, results: &[CaseResult]) -> Result<(), PhantomError> {
     type Line = (String, Vec<[f64; 2]>);
     let mut draw = |file: &str, [x, y]: [&str; 2], lines: Vec<Line>, caption: &str| {
         let full = lines.into_iter().filter(|(_, points)| points.len() > 1);

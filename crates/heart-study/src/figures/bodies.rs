@@ -1,6 +1,5 @@
 //! Shaded views of the exact body: reference configuration and dilated (Fig. 12), before and after the pose (Fig. 13 of the paper).
 
-use crate::StudyError;
 use std::f64::consts::{PI, TAU};
 
 use heart_phantom::PhantomError;
@@ -8,12 +7,10 @@ use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3, center};
 use plotters::prelude::RGBColor;
 
-use super::canvas::{
-    Area, Drawn, FINE, HPos, Rect, label, paint, paint_over, text, text_width, title,
-};
-use super::marks::{arrow, segment, swatch};
+use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, paint, paint_over, text, title};
+use super::marks::{Entry, Sign, arrow, legend, segment};
 use super::render::{Camera, Colour, Seen, View, WHITE, light, mix};
-use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SMALL, SURFACE, TEXT, VERMILION};
+use super::style::{BLACK, BLUE, CAVITY, CUT, GREEN, GREY, SURFACE, TEXT, VERMILION};
 use super::wall::{Met, Part, Wall};
 use super::{Picture, WallState};
 
@@ -21,13 +18,19 @@ use super::{Picture, WallState};
 const MESH: [f64; 2] = [48.0, 40.0];
 /// Thickness of its lines, cm.
 const LINE: f64 = 0.035;
-/// Height of the legend in pixels.
+/// Height of the legend in pixels, and its entries.
 const KEY: i32 = 60;
+const ENTRIES: [Entry<'_>; 4] = [
+    (Sign::Line(16), SURFACE, "outside"),
+    (Sign::Line(16), CAVITY, "cavity"),
+    (Sign::Line(16), CUT, "cut, base"),
+    (Sign::Line(2), BLUE, "equal steps along the wall and around"),
+];
 
 /// Draws each state twice at one scale: above the wall cut open, below the mesh on its outer surface.
 ///
 /// The mesh has equal steps of the material coordinate and of azimuth, so it shows the stretch.
-pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
+pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, PhantomError> {
     let cast = |azimuths: [f64; 2]| -> Result<Vec<Wall>, PhantomError> {
         let wall = |state| Wall::new(state, Pose::identity(), azimuths);
         states.iter().map(wall).collect()
@@ -64,7 +67,7 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
         }
         Ok(())
     })?;
-    let paints = Paints::new();
+    let (paper, lines) = (mix(light(SURFACE), WHITE, 0.72), light(BLUE));
     let mut bars = Vec::new();
     for (i, (wall, opened)) in walls.iter().zip(&opened).enumerate() {
         // One base plane in all panels, at the same position.
@@ -76,7 +79,7 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
         let open = Camera::new(view, centre, span, panel(i, 0));
         open.render(&mut picture, WHITE, |p| {
             let met = opened.met(p, -open.toward)?;
-            Some(seen(&open, &met, paints.of(met.part)))
+            Some(seen(&open, &met, paint_of(met.part)))
         });
         let mesh = Camera::new(view, centre, span, panel(i, 1));
         mesh.render(&mut picture, WHITE, |p| {
@@ -86,9 +89,9 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
                     // Width of a pixel on the inclined surface, for antialiasing of lines.
                     let soft = mesh.per_pixel / met.normal.dot(&mesh.toward).max(0.2);
                     let ink = mesh_line([material, stretch], &met.point, soft);
-                    mix(paints.paper, paints.mesh, ink)
+                    mix(paper, lines, ink)
                 }
-                part => paints.of(part),
+                part => paint_of(part),
             };
             Some(seen(&mesh, &met, colour))
         });
@@ -102,23 +105,8 @@ pub(crate) fn bodies(states: &[WallState<'_>]) -> Result<Picture, StudyError> {
             segment(area, ends[0], ends[1], BLACK, 3)?;
             label(area, "2 cm", (x + two_cm + 14, y), HPos::Left)?;
         }
-        key(area, (left + 20, size.1 - KEY / 2))
+        legend(area, &ENTRIES, (left + 20, size.1 - KEY / 2)).map(drop)
     })
-}
-
-/// Draws the legend.
-fn key(area: &Area<'_>, (mut x, y): (i32, i32)) -> Drawn {
-    for (words, colour, width) in [
-        ("outside", SURFACE, 16),
-        ("cavity", CAVITY, 16),
-        ("cut, base", CUT, 16),
-        ("equal steps along the wall and around", BLUE, 2),
-    ] {
-        swatch(area, (x, y), colour, width)?;
-        label(area, words, (x + 58, y), HPos::Left)?;
-        x += 58 + text_width(area, words, SMALL) + 40;
-    }
-    Ok(())
 }
 
 fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
@@ -134,33 +122,13 @@ fn seen(camera: &Camera, met: &Met, colour: Colour) -> Seen {
     }
 }
 
-/// The colours of the parts of the wall as linear light.
-struct Paints {
-    outer: Colour,
-    inner: Colour,
-    flat: Colour,
-    mesh: Colour,
-    paper: Colour,
-}
-
-impl Paints {
-    fn new() -> Self {
-        Self {
-            outer: light(SURFACE),
-            inner: light(CAVITY),
-            flat: light(CUT),
-            mesh: light(BLUE),
-            paper: mix(light(SURFACE), WHITE, 0.72),
-        }
-    }
-
-    fn of(&self, part: Part) -> Colour {
-        match part {
-            Part::Outer { .. } => self.outer,
-            Part::Inner => self.inner,
-            Part::Flat(_) => self.flat,
-        }
-    }
+/// The light of a part of the wall.
+fn paint_of(part: Part) -> Colour {
+    light(match part {
+        Part::Outer { .. } => SURFACE,
+        Part::Inner => CAVITY,
+        Part::Flat(_) => CUT,
+    })
 }
 
 /// Returns the opacity of mesh lines at a point of the outer wall in the body frame, 0 to 1, from its material coordinate and the
@@ -186,7 +154,7 @@ pub(crate) fn poses(
     state: &WallState<'_>,
     poses: &[(&str, Pose)],
     view: View,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let side = 640;
     let top = 60;
     let walls: Vec<Wall> = poses
@@ -204,7 +172,6 @@ pub(crate) fn poses(
         }
         Ok(())
     })?;
-    let paints = Paints::new();
     let mut cameras = Vec::with_capacity(poses.len());
     for (i, wall) in walls.iter().enumerate() {
         let rect = Rect {
@@ -216,7 +183,7 @@ pub(crate) fn poses(
         let camera = Camera::new(view, Point3::origin(), 2.9 * reach, rect);
         camera.render(&mut picture, WHITE, |p| {
             let met = wall.met(p, -camera.toward)?;
-            Some(seen(&camera, &met, paints.of(met.part)))
+            Some(seen(&camera, &met, paint_of(met.part)))
         });
         cameras.push(camera);
     }

@@ -1,6 +1,6 @@
 //! The canvas: plotters at three times the size, averaged down, with uniform axes.
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use plotters::chart::{ChartBuilder, ChartContext};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
@@ -28,48 +28,42 @@ pub(super) fn paint(
     width: u32,
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
-    let fine = FINE as usize;
-    let canvas = vec![255u8; 3 * width as usize * fine * height as usize * fine];
-    paint_on(canvas, width, height, draw)
+) -> Result<Picture, PhantomError> {
+    let rgb = vec![255; 3 * width as usize * height as usize];
+    paint_over(Picture { width, height, rgb }, draw)
 }
 
 /// Draws over a finished image; other pixels do not change.
 pub(super) fn paint_over(
     picture: Picture,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
-    let (width, height) = (picture.width(), picture.height());
+) -> Result<Picture, PhantomError> {
+    let Picture { width, height, rgb } = picture;
     let fine = FINE as usize;
-    let mut canvas = Vec::with_capacity(picture.rgb().len() * fine * fine);
-    for row in picture.rgb().chunks_exact(3 * width as usize) {
-        let wide: Vec<u8> = row
-            .as_chunks::<3>()
-            .0
-            .iter()
-            .flat_map(|pixel| pixel.repeat(fine))
-            .collect();
+    let mut canvas = Vec::with_capacity(rgb.len() * fine * fine);
+    for row in rgb.chunks_exact(3 * width as usize) {
+        let pixels = row.as_chunks::<3>().0.iter();
+        let wide: Vec<u8> = pixels.flat_map(|pixel| pixel.repeat(fine)).collect();
         (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
     }
-    paint_on(canvas, width, height, draw)
-}
-
-fn paint_on(
-    mut canvas: Vec<u8>,
-    width: u32,
-    height: u32,
-    draw: impl FnOnce(&Area<'_>) -> Drawn,
-) -> Result<Picture, StudyError> {
     style::register();
     {
         let size = (width * FINE as u32, height * FINE as u32);
         let area = BitMapBackend::with_buffer(&mut canvas, size).into_drawing_area();
         draw(&area)
             .and_then(|()| area.present())
-            .map_err(|e| StudyError::Drawing(Box::new(e)))?;
+            .map_err(not_drawn)?;
     }
     let rgb = average(&canvas, width as usize, height as usize);
-    Ok(Picture::new(width, height, rgb))
+    Ok(Picture { width, height, rgb })
+}
+
+/// The error of the plotting library, which draws in memory.
+pub(super) fn not_drawn(error: impl std::error::Error + Send + Sync + 'static) -> PhantomError {
+    PhantomError::File {
+        path: "a figure".into(),
+        source: std::io::Error::other(error),
+    }
 }
 
 /// Averages blocks of FINE by FINE pixels, rounded to nearest.
@@ -286,7 +280,7 @@ pub(super) fn equal_scale(bounds: [f64; 4], margin: f64, plot: (i32, i32)) -> [f
     [cx - 0.5 * w, cx + 0.5 * w, cy - 0.5 * h, cy + 0.5 * h]
 }
 
-fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
+pub(super) fn font(size: i32, colour: &RGBColor) -> TextStyle<'_> {
     (FONT, size * FINE).into_text_style(&(1, 1)).color(colour)
 }
 
@@ -386,6 +380,3 @@ pub(super) fn on_plot(chart: &Chart<'_, '_>, p: [f64; 2]) -> (i32, i32) {
     let (x, y) = chart.plotting_area().map_coordinate(&(p[0], p[1]));
     (x - base.0, y - base.1)
 }
-
-#[cfg(test)]
-mod tests;

@@ -2,35 +2,42 @@
 
 use super::Picture;
 use super::canvas::{
-    Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number,
-    on_plot, paint, plane_axes,
+    Area, Axis, Drawn, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, number, on_plot, paint,
+    plane_axes,
 };
-use super::marks::{dashed, dashes, marker, stroke, swatch};
+use super::marks::{Entry, Sign, dashed, legend, marker, stroke};
 use super::style::{BLUE, GREY, VERMILION};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// The data of the circle figure.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct CircleStudy<'a> {
+#[derive(Clone, Debug)]
+pub(crate) struct CircleStudy {
     /// The reference configuration, a straight line, cm.
-    pub(crate) initial: &'a [[f64; 2]],
+    pub(crate) initial: Vec<[f64; 2]>,
     /// The discrete equilibrium, cm.
-    pub(crate) solution: &'a [[f64; 2]],
+    pub(crate) solution: Vec<[f64; 2]>,
     /// Centre of the exact circle, cm.
     pub(crate) centre: [f64; 2],
     /// Radius of the exact circle, cm.
     pub(crate) radius: f64,
     /// Numbers of nodes N of the convergence study.
-    pub(crate) n_nodes: &'a [usize],
+    pub(crate) n_nodes: Vec<usize>,
     /// Largest distance from the exact solution for each of them, cm; positive.
-    pub(crate) errors: &'a [f64],
-    /// The order of the guide line, -d log(error) / d log(N).
-    pub(crate) order: f64,
+    pub(crate) errors: Vec<f64>,
 }
 
-/// Draws the line, the discrete equilibrium and the exact circle on the left, the errors and a guide of the
-/// given order on the right.
-pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
+/// The legend of the left panel.
+const ENTRIES: [Entry<'_>; 3] = [
+    (Sign::Line(4), BLUE, "initial line"),
+    (Sign::Marker { kind: 0, radius: 5 }, VERMILION, "solution"),
+    (Sign::Line(4), GREY, "exact circle"),
+];
+
+/// The order of the guide line, -d log(error) / d log(N).
+const ORDER: f64 = 2.0;
+
+/// Draws the line, the discrete equilibrium and the exact circle on the left, the errors and a guide of order 2 on the right.
+pub(crate) fn circle(study: &CircleStudy) -> Result<Picture, PhantomError> {
     let size = 600;
     let left = Rect {
         left: LABELS_LEFT + 10,
@@ -53,13 +60,13 @@ pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
             ]
         })
         .collect();
-    let around = bounds(exact.iter().chain(study.initial).chain(study.solution));
+    let around = bounds(exact.iter().chain(&study.initial).chain(&study.solution));
     let (x, y) = plane_axes(around, 0.05, (size, size), 6);
     let height = (left.top + size + LABELS_BELOW + 60) as u32;
     paint((right.left + right.width + 40) as u32, height, |area| {
         let chart = axes(area, left, "", &x, &y)?;
         stroke(&chart, &exact, GREY, 3)?;
-        stroke(&chart, study.initial, BLUE, 4)?;
+        stroke(&chart, &study.initial, BLUE, 4)?;
         let inside = chart.plotting_area().strip_coord_spec();
         // About 60 dots for any N.
         let every = study.solution.len().div_ceil(60);
@@ -72,41 +79,25 @@ pub(crate) fn circle(study: &CircleStudy<'_>) -> Result<Picture, StudyError> {
             marker(&inside, 0, on_plot(&chart, *p), 5, VERMILION)?;
         }
         let y0 = left.top + size + LABELS_BELOW + 20;
-        let mut at = left.left;
-        for (k, (words, colour)) in [
-            ("initial line", BLUE),
-            ("solution", VERMILION),
-            ("exact circle", GREY),
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            if k == 1 {
-                marker(area, 0, ((at + 22) * FINE, y0 * FINE), 5, colour)?;
-            } else {
-                swatch(area, (at, y0), colour, 4)?;
-            }
-            label(area, words, (at + 56, y0), HPos::Left)?;
-            at += [215, 195, 0][k];
-        }
+        legend(area, &ENTRIES, (left.left, y0))?;
         errors(area, right, y0, study)
     })
 }
 
 /// The errors and the guide in a plot, their legend at height `y0`.
-fn errors(area: &Area<'_>, right: Rect, y0: i32, study: &CircleStudy<'_>) -> Drawn {
+fn errors(area: &Area<'_>, right: Rect, y0: i32, study: &CircleStudy) -> Drawn {
     let n_axis = Axis::decades(study.n_nodes.iter().map(|&n| n as f64), "number of nodes N");
     let error_axis = Axis::decades(study.errors.iter().copied(), "error (cm)");
     let chart = axes(area, right, "", &n_axis, &error_axis)?;
     let points: Vec<[f64; 2]> = study
         .n_nodes
         .iter()
-        .zip(study.errors)
+        .zip(&study.errors)
         .map(|(&n, e)| [(n as f64).log10(), e.log10()])
         .collect();
     // The guide passes a third of a decade above the last error.
     let last = points[points.len() - 1];
-    let guide = |x: f64| [x, last[1] + 0.35 - study.order * (x - last[0])];
+    let guide = |x: f64| [x, last[1] + 0.35 - ORDER * (x - last[0])];
     let (from, to) = (points[0][0].min(last[0]), points[0][0].max(last[0]));
     dashed(&chart, [guide(from), guide(to)], GREY, 3)?;
     stroke(&chart, &points, VERMILION, 3)?;
@@ -114,10 +105,11 @@ fn errors(area: &Area<'_>, right: Rect, y0: i32, study: &CircleStudy<'_>) -> Dra
     for p in &points {
         marker(&inside, 0, on_plot(&chart, *p), 8, VERMILION)?;
     }
-    marker(area, 0, ((right.left + 22) * FINE, y0 * FINE), 8, VERMILION)?;
-    label(area, "largest distance", (right.left + 56, y0), HPos::Left)?;
-    let guide_at = right.left + 300;
-    dashes(area, (guide_at, y0), GREY)?;
-    let words = format!("order {}", number(study.order, 0.01));
-    label(area, &words, (guide_at + 56, y0), HPos::Left)
+    let guide = format!("order {}", number(ORDER, 0.01));
+    let dot = Sign::Marker { kind: 0, radius: 8 };
+    let entries = [
+        (dot, VERMILION, "largest distance"),
+        (Sign::Dashes, GREY, &guide),
+    ];
+    legend(area, &entries, (right.left, y0)).map(drop)
 }

@@ -2,12 +2,12 @@
 
 use super::Picture;
 use super::canvas::{
-    Area, Axis, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, on_plot, paint,
-    power_of_ten, text_width,
+    Area, Axis, Drawn, FINE, LABELS_BELOW, LABELS_LEFT, Rect, axes, on_plot, paint, power_of_ten,
+    text_width,
 };
-use super::marks::{dashed, dashes, marker, stroke, swatch};
+use super::marks::{SIGN, Sign, dashed, legend, marker, stroke};
 use super::style::{GREY, SERIES, SMALL};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Distance of markers in pixels.
 const APART: i32 = 24;
@@ -20,12 +20,12 @@ pub(crate) fn histories(
     y_label: &str,
     tolerance: Option<f64>,
     histories: &[(&str, &[f64])],
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let row = 40;
-    let legend = row * histories.len() as i32;
+    let above = row * histories.len() as i32;
     let plot = Rect {
         left: LABELS_LEFT + 30,
-        top: legend + 34,
+        top: above + 34,
         width: 1040,
         height: 560,
     };
@@ -77,9 +77,8 @@ pub(crate) fn histories(
                     }
                 }
                 let middle = 12 + row / 2 + row * i as i32;
-                swatch(area, (plot.left, middle), colour, 3)?;
-                marker(area, i, ((plot.left + 22) * FINE, middle * FINE), 7, colour)?;
-                label(area, name, (plot.left + 58, middle), HPos::Left)?;
+                let entry = (Sign::Marked { kind: i }, colour, *name);
+                legend(area, &[entry], (plot.left, middle))?;
             }
             let middle = 12 + row / 2 + row * (histories.len() as i32 - 1);
             tolerance.map_or(Ok(()), |at| {
@@ -92,9 +91,8 @@ pub(crate) fn histories(
 /// The legend of the tolerance, up to a place.
 fn stop_at(area: &Area<'_>, at: f64, (right, middle): (i32, i32)) -> Drawn {
     let words = format!("stop at {}", power_of_ten(at.log10().round() as i64));
-    let left = right - text_width(area, &words, SMALL);
-    dashes(area, (left - 56, middle), GREY)?;
-    label(area, &words, (right, middle), HPos::Right)
+    let left = right - text_width(area, &words, SMALL) - SIGN;
+    legend(area, &[(Sign::Dashes, GREY, &words)], (left, middle)).map(drop)
 }
 
 fn apart(a: (i32, i32), b: (i32, i32)) -> i32 {

@@ -1,6 +1,6 @@
 //! Curves over one variable, as SVG.
 
-use crate::StudyError;
+use heart_phantom::{PhantomError, check_value};
 use plotters::chart::ChartBuilder;
 use plotters::coord::Shift;
 use plotters::drawing::{DrawingArea, DrawingAreaErrorKind};
@@ -9,7 +9,7 @@ use plotters::prelude::{Color, IntoDrawingArea, SVGBackend};
 use plotters::series::LineSeries;
 use plotters::style::{IntoTextStyle, RGBColor};
 
-use super::canvas::{bounds, round_ticks};
+use super::canvas::{bounds, not_drawn, round_ticks};
 use super::style::{FAINT, FONT, GREY, SERIES, ramp, register};
 
 /// Width and height in pixels of 1/96 inch.
@@ -28,27 +28,22 @@ const MOST_NAMES: usize = 17;
 /// distinguishable with any colour vision, more curves the colours of an ordered family.
 ///
 /// # Errors
-/// [`StudyError::NotFinite`]: a library that divides an axis into equal steps needs finite ends.
+/// [`PhantomError::OutOfRange`]: a library that divides an axis into equal steps needs finite ends.
 pub(crate) fn curves(
     x_label: &str,
     y_label: &str,
     curves: &[(impl AsRef<str>, impl AsRef<[[f64; 2]]>)],
-) -> Result<String, StudyError> {
+) -> Result<String, PhantomError> {
     let curves: Vec<Curve<'_>> = (curves.iter())
         .map(|(label, points)| (label.as_ref(), points.as_ref()))
         .collect();
-    for (_, points) in &curves {
-        if let Some(index) = points
-            .iter()
-            .position(|p| !p[0].is_finite() || !p[1].is_finite())
-        {
-            return Err(StudyError::NotFinite { index });
-        }
+    let points = curves.iter().flat_map(|(_, points)| *points);
+    for &coordinate in points.flatten() {
+        check_value("a coordinate of a curve", coordinate, [f64::MIN, f64::MAX])?;
     }
     register();
     let mut svg = String::new();
-    draw(&mut svg, [x_label, y_label], &curves)
-        .map_err(|error| StudyError::Drawing(Box::new(error)))?;
+    draw(&mut svg, [x_label, y_label], &curves).map_err(not_drawn)?;
     // Escaped as the value of an attribute.
     let what = maud::html! { (y_label) " over " (x_label) }.into_string();
     Ok(svg.replacen(

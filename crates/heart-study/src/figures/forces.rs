@@ -5,9 +5,9 @@ use super::canvas::{
     Area, Drawn, FINE, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, number, on_plot,
     paint, plane_axes,
 };
-use super::marks::{arrow, marker, stroke};
+use super::marks::{Sign, arrow, legend, marker, stroke};
 use super::style::{BLACK, FAINT, GREY, MAGENTA, RED};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Width of the legend in pixels.
 const LEGEND: i32 = 1060;
@@ -29,7 +29,7 @@ pub(crate) struct ForceFrame<'a> {
 ///
 /// About 45 nodes per frame have arrows. All arrows have one scale, the longest is an eighth of the figure's
 /// longer side; a grey one on top has the length of a round force.
-pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyError> {
+pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, PhantomError> {
     let around = bounds(frames.iter().flat_map(|f| f.nodes));
     let side = (around[1] - around[0]).max(around[3] - around[2]);
     let longest = frames
@@ -61,7 +61,7 @@ pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyEr
         top + step_y * n_rows as i32 + 10,
     );
     paint(size.0 as u32, size.1 as u32, |area| {
-        legend(area, longest, scale / (x.high - x.low) * f64::from(width))?;
+        draw_legend(area, longest, scale / (x.high - x.low) * f64::from(width))?;
         for (i, frame) in frames.iter().enumerate() {
             let (column, row) = ((i % n_columns) as i32, (i / n_columns) as i32);
             let plot = Rect {
@@ -98,38 +98,21 @@ pub(crate) fn force_frames(frames: &[ForceFrame<'_>]) -> Result<Picture, StudyEr
     })
 }
 
-/// Draws the legend with an arrow of a round force; arrows have `scale` pixels per unit of force.
-fn legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
-    let mut at = LABELS_LEFT + 10;
-    for (words, colour, advance) in [
-        ("node", RED, 150),
-        ("elastic force", MAGENTA, 260),
-        ("pressure force", BLACK, 0),
-    ] {
-        if colour == RED {
-            marker(area, 0, ((at + 22) * FINE, 28 * FINE), 5, colour)?;
-        } else {
-            let (from, to) = (f64::from(at * FINE), f64::from((at + 46) * FINE));
-            arrow(
-                area,
-                [from, f64::from(28 * FINE)],
-                [to, f64::from(28 * FINE)],
-                colour,
-                3,
-            )?;
-        }
-        label(area, words, (at + 58, 28), HPos::Left)?;
-        at += advance;
-    }
+/// Draws the legend with an arrow of a round force; arrows have `per_force` pixels per unit of force.
+fn draw_legend(area: &Area<'_>, longest: f64, per_force: f64) -> Drawn {
+    let entries = [
+        (Sign::Marker { kind: 0, radius: 5 }, RED, "node"),
+        (Sign::Arrow, MAGENTA, "elastic force"),
+        (Sign::Arrow, BLACK, "pressure force"),
+    ];
+    let from = f64::from(legend(area, &entries, (LABELS_LEFT + 10, 28))?);
     if longest > 0.0 {
         let round = round_below(longest);
-        let pixels = round * per_force;
-        let (from, middle) = (f64::from(at + 250), 28 * FINE);
-        let ends = [from, from + pixels].map(|x| [x * f64::from(FINE), f64::from(middle)]);
+        let to = from + round * per_force;
+        let ends = [from, to].map(|x| [x, 28.0].map(|v| v * f64::from(FINE)));
         arrow(area, ends[0], ends[1], GREY, 3)?;
         let words = format!("force/λ of {} cm", number(round, round));
-        let place = ((from + pixels) as i32 + 14, 28);
-        label(area, &words, place, HPos::Left)?;
+        label(area, &words, (to as i32 + 14, 28), HPos::Left)?;
     }
     Ok(())
 }

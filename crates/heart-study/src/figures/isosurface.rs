@@ -1,14 +1,15 @@
 //! Shaded iso-surface of a volume, optionally cut open (Fig. 15 to 17, c, of the paper).
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 
+use super::Picture;
 use super::canvas::{Area, Drawn, FINE, HPos, Rect, label, paint, paint_over};
 use super::marks::arrow;
 use super::render::{Camera, Seen, View, WHITE, light, mix};
 use super::style::{BLACK, CUT, SURFACE};
 use super::surface::Surface;
-use super::{Picture, Volume};
+use super::volume::Volume;
 
 /// Width of the image as a fraction of the longest side of the volume.
 const FRAME: f64 = 0.85;
@@ -26,9 +27,9 @@ pub(crate) struct IsoView {
 
 /// Draws the surface where the volume reaches a level, seen along parallel rays.
 ///
-/// The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
+/// Voxels are cubes. The volume is trilinear between samples, normals are its gradients. The image spans 0.85 of the longest side of the volume.
 /// A level above all samples gives an image of the axes only.
-pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture, StudyError> {
+pub(crate) fn isosurface(volume: Volume<'_>, view: &IsoView) -> Result<Picture, PhantomError> {
     let cut = view.cut.map(|(n, d)| {
         let n = Vector3::from(n);
         (n.normalize(), d / n.norm())
@@ -40,11 +41,12 @@ pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture,
         width: side,
         height: side,
     };
-    let longest = volume.size.iter().fold(0, |m, &n| m.max(n));
+    let longest = volume.grid.shape().into_iter().fold(0, usize::max);
+    let [spacing, ..] = volume.grid.spacing();
     let camera = Camera::new(
         view.view,
         Point3::origin(),
-        FRAME * longest as f64 * volume.spacing,
+        FRAME * longest as f64 * spacing,
         rect,
     );
     let surface = Surface::new(volume, view.level);
@@ -57,11 +59,11 @@ pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture,
 
     let mut picture = paint(side as u32, side as u32, |_| Ok(()))?;
     camera.render(&mut picture, WHITE, |point| {
-        let origin = surface.index(&point);
+        let origin = volume.index(&point);
         let (mut from, mut to) = (-reach, reach);
         if let Some((n, d)) = cut {
             // Along the ray p·n - d = height + t slope, in voxels.
-            let height = (point.coords.dot(&n) - d) / volume.spacing;
+            let height = (point.coords.dot(&n) - d) / spacing;
             let slope = away.dot(&n);
             if slope < 0.0 {
                 from = from.max(-height / slope);
@@ -76,13 +78,13 @@ pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture,
         if found.inside_at_start {
             // A face of the cut: flat, brightness proportional to activity, full at twice the level.
             let normal = cut.map_or(camera.toward, |(n, _)| n);
-            let amount = (surface.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
+            let amount = (volume.value(&p) / (2.0 * level)).clamp(0.0, 1.3);
             let tone = 0.75 + 0.25 * normal.dot(&camera.toward).abs();
             let colour = inside.map(|c| c * tone * amount);
             return Some(Seen {
                 colour,
                 part: 1,
-                nearness: -found.t * volume.spacing,
+                nearness: -found.t * spacing,
             });
         }
         let normal = surface.normal(&p).unwrap_or(camera.toward);
@@ -93,7 +95,7 @@ pub(crate) fn isosurface(volume: &Volume<'_>, view: &IsoView) -> Result<Picture,
         Some(Seen {
             colour,
             part: 0,
-            nearness: -found.t * volume.spacing,
+            nearness: -found.t * spacing,
         })
     });
     let corner = [70.0, f64::from(side) - 70.0];

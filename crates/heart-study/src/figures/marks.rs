@@ -3,7 +3,8 @@
 use plotters::element::{Circle, PathElement, Polygon};
 use plotters::prelude::{Color, RGBColor};
 
-use super::canvas::{Area, Chart, Drawn, FINE, on_plot};
+use super::canvas::{Area, Chart, Drawn, FINE, HPos, label, on_plot, text_width};
+use super::style::SMALL;
 
 /// A line through `points` in the chart's units. Points closer than an image pixel are omitted: plotters joins
 /// corners at whole canvas pixels, and near ones make it ragged.
@@ -115,6 +116,52 @@ pub(super) fn arrow(
     area.draw(&Polygon::new(corners, colour.filled()))
 }
 
+/// The sign of an entry of a legend.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Sign {
+    /// A line of this width.
+    Line(i32),
+    /// A dashed line.
+    Dashes,
+    /// A [`marker`] of a kind.
+    Marker { kind: usize, radius: i32 },
+    /// A line with a marker.
+    Marked { kind: usize },
+    /// An arrow.
+    Arrow,
+}
+
+/// An entry of a legend: its sign, colour and words.
+pub(super) type Entry<'a> = (Sign, RGBColor, &'a str);
+
+/// Width of a sign with its distance from the words, and distance of entries, pixels of the image.
+pub(super) const SIGN: i32 = 58;
+const BETWEEN: i32 = 40;
+
+/// Draws entries of a legend side by side from a place to the right, pixels of the image; returns the end of the last one.
+pub(super) fn legend(area: &Area<'_>, entries: &[Entry<'_>], (x, y): (i32, i32)) -> Drawn<i32> {
+    let mut x = x;
+    for &(sign, colour, words) in entries {
+        let middle = ((x + 22) * FINE, y * FINE);
+        match sign {
+            Sign::Line(width) => swatch(area, (x, y), colour, width)?,
+            Sign::Dashes => dashes(area, (x, y), colour)?,
+            Sign::Marker { kind, radius } => marker(area, kind, middle, radius, colour)?,
+            Sign::Marked { kind } => {
+                swatch(area, (x, y), colour, 3)?;
+                marker(area, kind, middle, 7, colour)?;
+            }
+            Sign::Arrow => {
+                let ends = [x, x + 46].map(|x| [x, y].map(|v| f64::from(v * FINE)));
+                arrow(area, ends[0], ends[1], colour, 3)?;
+            }
+        }
+        label(area, words, (x + SIGN, y), HPos::Left)?;
+        x += SIGN + text_width(area, words, SMALL) + BETWEEN;
+    }
+    Ok(x)
+}
+
 /// A short line in a legend from `(x, y)` to the right, pixels of the image.
 pub(super) fn swatch(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, width: i32) -> Drawn {
     let ends = vec![(x * FINE, y * FINE), ((x + 44) * FINE, y * FINE)];
@@ -122,7 +169,7 @@ pub(super) fn swatch(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor, widt
 }
 
 /// A swatch of a dashed line.
-pub(super) fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> Drawn {
+fn dashes(area: &Area<'_>, (x, y): (i32, i32), colour: RGBColor) -> Drawn {
     for k in 0..3 {
         let ends = vec![
             ((x + 16 * k) * FINE, y * FINE),

@@ -10,14 +10,14 @@
 //! | 11, the wall's mesh | [`wall_meshes`] |
 //! | 12, the body, reference and dilated | [`bodies()`] |
 //! | 13, the pose | [`poses`] |
-//! | 14, projections | [`projections`] |
-//! | 15 to 17, reconstructions | [`slices`], [`isosurface()`] |
+//! | 14, projections | [`projection`], [`images()`] |
+//! | 15 to 17, reconstructions | [`slice()`], [`images()`], [`isosurface()`] |
 //! | 18, the circle | [`circle()`] |
 //!
 //! For any study: [`sections()`] through a volume with orientation marks, [`curves()`] and
 //! [`polar_maps()`] as SVG, [`map()`] of any samples.
 //!
-//! [`Page`] writes `index.html`. Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
+//! Lengths are in cm, angles in radians; the inner membrane is vermilion and the outer one blue
 //! (palette of Okabe and Ito). Results are bitwise independent of the number of threads; the functions may run concurrently.
 
 mod bodies;
@@ -29,7 +29,6 @@ mod forces;
 mod images;
 mod isosurface;
 mod marks;
-mod page;
 mod picture;
 mod polar;
 mod raster;
@@ -38,6 +37,7 @@ mod sections;
 mod shapes;
 mod style;
 mod surface;
+mod volume;
 mod wall;
 mod wall_mesh;
 
@@ -47,15 +47,14 @@ pub(crate) use convergence::histories;
 pub(crate) use curves::SIZE as CURVES_SIZE;
 pub(crate) use curves::curves;
 pub(crate) use forces::{ForceFrame, force_frames};
-pub(crate) use images::{Projection, Volume, projections, slices};
+pub(crate) use images::{images, projection, slice};
 pub(crate) use isosurface::{IsoView, isosurface};
-pub(crate) use page::Page;
 pub(crate) use picture::Picture;
 pub(crate) use polar::polar_maps;
 pub(crate) use render::View;
-pub(crate) use sections::{Cut, map, sections};
+pub(crate) use sections::{Cut, map, sections, window};
 pub(crate) use shapes::{Shape, shapes};
-pub(crate) use surface::trilinear;
+pub(crate) use volume::{Volume, edges};
 pub(crate) use wall_mesh::{WallState, wall_meshes};
 
 #[cfg(test)]

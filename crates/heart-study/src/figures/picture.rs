@@ -1,40 +1,21 @@
 //! An image in memory, and its PNG file.
 
-use crate::StudyError;
+use heart_phantom::PhantomError;
 use heart_phantom::files::{png_bytes, write_atomically};
 use std::path::Path;
 
-/// An RGB image with 8 bits per channel, rows from top to bottom.
-///
-/// The result of every figure; equal input gives equal bytes.
-#[derive(Clone, PartialEq, Eq)]
+/// An RGB image with 8 bits per channel: the result of every figure. Equal input gives equal bytes.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Picture {
-    width: u32,
-    height: u32,
-    rgb: Vec<u8>,
+    /// Columns.
+    pub(crate) width: u32,
+    /// Rows.
+    pub(crate) height: u32,
+    /// Samples `[row][column][red, green, blue]`, the first row on top.
+    pub(crate) rgb: Vec<u8>,
 }
 
 impl Picture {
-    pub(super) fn new(width: u32, height: u32, rgb: Vec<u8>) -> Self {
-        debug_assert_eq!(rgb.len(), 3 * width as usize * height as usize);
-        Self { width, height, rgb }
-    }
-
-    /// Columns, pixels.
-    pub(crate) fn width(&self) -> u32 {
-        self.width
-    }
-
-    /// Rows, pixels.
-    pub(crate) fn height(&self) -> u32 {
-        self.height
-    }
-
-    /// Samples `[row][column][red, green, blue]`, the first row on top.
-    pub(super) fn rgb(&self) -> &[u8] {
-        &self.rgb
-    }
-
     /// Returns the colour at column `x` from the left and row `y` from the top; `None` outside the image.
     #[cfg(test)]
     pub(super) fn pixel(&self, x: u32, y: u32) -> Option<[u8; 3]> {
@@ -51,19 +32,13 @@ impl Picture {
     }
 
     /// Returns the bytes of a PNG file.
-    pub(crate) fn to_png(&self) -> Result<Vec<u8>, StudyError> {
-        Ok(png_bytes([self.width, self.height], &self.rgb)?)
+    pub(crate) fn to_png(&self) -> Result<Vec<u8>, PhantomError> {
+        png_bytes([self.width, self.height], &self.rgb)
     }
 
     /// Writes a PNG file atomically.
-    pub(crate) fn write_png(&self, path: &Path) -> Result<(), StudyError> {
+    pub(crate) fn write_png(&self, path: &Path) -> Result<(), PhantomError> {
         let png = self.to_png()?;
-        Ok(write_atomically(path, |out| out.write_all(&png))?)
-    }
-}
-
-impl std::fmt::Debug for Picture {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "Picture({} by {})", self.width, self.height)
+        write_atomically(path, |out| out.write_all(&png))
     }
 }

@@ -3,26 +3,17 @@
 use super::style::ramp;
 use maud::{Markup, html};
 
-/// Segments in the order of Cerqueira et al. 2002, doi:10.1161/hc0402.102975.
-const NAMES: [&str; 17] = [
-    "basal anterior",
-    "basal anteroseptal",
-    "basal inferoseptal",
-    "basal inferior",
-    "basal inferolateral",
-    "basal anterolateral",
-    "mid anterior",
-    "mid anteroseptal",
-    "mid inferoseptal",
-    "mid inferior",
-    "mid inferolateral",
-    "mid anterolateral",
-    "apical anterior",
-    "apical septal",
-    "apical inferior",
-    "apical lateral",
-    "apex",
+/// Walls of the segments of the basal and the middle ring, and of the apical ring, in the order of Cerqueira et al. 2002,
+/// doi:10.1161/hc0402.102975.
+const WALLS: [&str; 6] = [
+    "anterior",
+    "anteroseptal",
+    "inferoseptal",
+    "inferior",
+    "inferolateral",
+    "anterolateral",
 ];
+const APICAL_WALLS: [&str; 4] = ["anterior", "septal", "inferior", "lateral"];
 /// Width and height of a map, and the coordinates of its centre.
 const SIZE: [f64; 2] = [280.0, 330.0];
 const CENTRE: [f64; 2] = [140.0, 180.0];
@@ -76,12 +67,15 @@ fn walls() -> Markup {
 fn drawn(segment: usize, value: f64, largest: f64) -> Markup {
     let fraction = (value / largest).clamp(0.0, 1.0);
     let ink = if fraction > 0.55 { "#000" } else { "#fff" };
-    // Ring from the centre, number of sectors, and the sector.
-    let (ring, sectors, sector) = match segment {
-        0..6 => (3.0, 6.0, segment),
-        6..12 => (2.0, 6.0, segment - 6),
-        12..16 => (1.0, 4.0, segment - 12),
-        _ => (0.0, 1.0, 0),
+    // Ring from the centre, number of sectors, the sector, and the name.
+    let (ring, sectors, sector, name) = match segment {
+        0..6 => (3.0, 6.0, segment, format!("basal {}", WALLS[segment])),
+        6..12 => (2.0, 6.0, segment - 6, format!("mid {}", WALLS[segment - 6])),
+        12..16 => {
+            let name = format!("apical {}", APICAL_WALLS[segment - 12]);
+            (1.0, 4.0, segment - 12, name)
+        }
+        _ => (0.0, 1.0, 0, "apex".to_owned()),
     };
     // Counter-clockwise from the anterior wall on top.
     let at = |radius: f64, sector: f64| {
@@ -109,7 +103,7 @@ fn drawn(segment: usize, value: f64, largest: f64) -> Markup {
     );
     html! {
         g {
-            title { (segment + 1) " " (NAMES[segment]) ": " (format!("{value:.4}")) }
+            title { (segment + 1) " " (name) ": " (format!("{value:.4}")) }
             @if ring > 0.0 {
                 path d=(outline) fill=(colour(fraction)) stroke="#fff" {}
             } @else {

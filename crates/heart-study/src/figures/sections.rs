@@ -5,7 +5,7 @@ use super::canvas::{
     Area, Axis, Drawn, HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, label, paint, title,
 };
 use super::raster::{BAR_ROOM, bar_labels, fill, fill_bar};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// Pixels of the longest side of a section.
 const LONGEST: f64 = 360.0;
@@ -42,6 +42,13 @@ impl Cut {
     }
 }
 
+/// Returns the grey window from 0 to the largest sample of some planes, or to 1 if none is positive.
+pub(crate) fn window(cuts: &[Cut]) -> [f64; 2] {
+    let values = cuts.iter().flat_map(|cut| &cut.values);
+    let most = values.fold(0.0f32, |most, &value| most.max(value));
+    [0.0, if most > 0.0 { f64::from(most) } else { 1.0 }]
+}
+
 /// Draws sections side by side, three per row, with one scale per row, one grey window, a colour bar and a heading. Orientation letters are
 /// outside the image, in the margin of its frame.
 pub(crate) fn sections(
@@ -49,7 +56,7 @@ pub(crate) fn sections(
     window: [f64; 2],
     bar_label: &str,
     heading: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let mut sides = Vec::with_capacity(cuts.len());
     for row in cuts.chunks(PER_ROW) {
         let longest = row.iter().flat_map(Cut::lengths).fold(0.0, f64::max);
@@ -65,7 +72,7 @@ pub(crate) fn map(
     size: [i32; 2],
     window: [f64; 2],
     bar_label: &str,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     draw(std::slice::from_ref(cut), &[size], window, (bar_label, ""))
 }
 
@@ -75,7 +82,7 @@ pub(super) fn draw(
     sides: &[[i32; 2]],
     window: [f64; 2],
     (bar_label, heading): (&str, &str),
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let [above, between] = GAPS;
     let is_marked = cuts
         .iter()

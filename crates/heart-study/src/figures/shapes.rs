@@ -6,7 +6,7 @@ use super::canvas::{
 };
 use super::marks::{stroke, swatch};
 use super::style::{GREY, SMALL, ramp};
-use crate::StudyError;
+use heart_phantom::PhantomError;
 
 /// One equilibrium shape of a membrane.
 #[derive(Clone, Copy, Debug)]
@@ -22,7 +22,7 @@ pub(crate) struct Shape<'a> {
 }
 
 /// Draws shapes over one another at one scale, closed along the base, with a table of load, area and volume.
-pub(crate) fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, StudyError> {
+pub(crate) fn shapes(shapes: &[Shape<'_>]) -> Result<Picture, PhantomError> {
     let around = bounds(shapes.iter().flat_map(|s| s.nodes));
     let row = 40;
     let width = 820;

@@ -1,12 +1,17 @@
 //! The two membranes and a mesh between them (Fig. 11 of the paper).
 
 use super::Picture;
-use super::canvas::{
-    HPos, LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, label, paint, plane_axes,
-};
-use super::marks::{stroke, swatch};
+use super::canvas::{LABELS_BELOW, LABELS_LEFT, Rect, axes, bounds, paint, plane_axes};
+use super::marks::{Entry, Sign, legend, stroke};
 use super::style::{GREY, INNER, OUTER};
-use crate::StudyError;
+use heart_phantom::PhantomError;
+
+/// The legend.
+const ENTRIES: [Entry<'_>; 3] = [
+    (Sign::Line(4), INNER, "inner membrane"),
+    (Sign::Line(4), OUTER, "outer membrane"),
+    (Sign::Line(1), GREY, "mesh of the wall"),
+];
 
 /// Both membranes at one pressure.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +30,7 @@ pub(crate) fn wall_meshes(
     states: &[WallState<'_>],
     n_layers: usize,
     n_cells: usize,
-) -> Result<Picture, StudyError> {
+) -> Result<Picture, PhantomError> {
     let around = bounds(states.iter().flat_map(|s| s.inner.iter().chain(s.outer)));
     let width = 450;
     let aspect = (around[3] - around[2]) / (around[1] - around[0]);
@@ -65,17 +70,6 @@ pub(crate) fn wall_meshes(
             stroke(&chart, state.outer, OUTER, 4)?;
             stroke(&chart, state.inner, INNER, 4)?;
         }
-        let y = size.1 - 32;
-        let mut at = LABELS_LEFT + 10;
-        for (words, colour, width) in [
-            ("inner membrane", INNER, 4),
-            ("outer membrane", OUTER, 4),
-            ("mesh of the wall", GREY, 1),
-        ] {
-            swatch(area, (at, y), colour, width)?;
-            label(area, words, (at + 56, y), HPos::Left)?;
-            at += 300;
-        }
-        Ok(())
+        legend(area, &ENTRIES, (LABELS_LEFT + 10, size.1 - 32)).map(drop)
     })
 }

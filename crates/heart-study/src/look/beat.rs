@@ -1,6 +1,5 @@
 //! All gates of a volume, reduced for embedding in a page.
 
-use crate::StudyError;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use flate2::Compression;
@@ -20,42 +19,54 @@ const BYTES_EACH: usize = 16;
 #[derive(Debug)]
 pub(super) struct Beat {
     grid: VoxelGrid,
-    /// Voxels averaged along each axis.
-    factor: usize,
+    /// Voxels averaged along each axis, at most all of them.
+    pub(super) factor: usize,
+    factors: [usize; 3],
+    /// Numbers of averages along x, y, z; voxels that remain at the end are omitted.
+    shape: [usize; 3],
     gates: usize,
     seconds: f64,
     /// `[gate][z][y][x]` of the coarser voxels.
-    samples: Vec<f32>,
+    pub(super) samples: Vec<f32>,
 }
 
 impl Beat {
+    /// No gates yet, with the finest voxels of which the page contains all gates.
     pub(super) fn new(phantom: &Phantom) -> Self {
+        let fits = |beat: &Self| beat.len() <= MOST;
+        let mut beats = (1..).map(|factor| Self::with_factor(phantom, factor));
+        (beats.find(fits)).unwrap_or_else(|| Self::with_factor(phantom, 1))
+    }
+
+    /// As [`Beat::new`], with averages over this number of voxels along each axis.
+    pub(super) fn with_factor(phantom: &Phantom, factor: usize) -> Self {
         let grid = *phantom.camera().grid();
-        let n_gates = phantom.n_gates();
-        let len = |factor: usize| coarse(&grid, factor).iter().product::<usize>() * n_gates;
-        let factor = (1..).find(|&factor| len(factor) <= MOST).unwrap_or(1);
+        let (factors, n_gates) = (grid.shape().map(|n| factor.min(n)), phantom.n_gates());
         Self {
             grid,
             factor,
+            factors,
+            shape: [0, 1, 2].map(|a| grid.shape()[a] / factors[a]),
             gates: n_gates,
             seconds: phantom.cycle().period() / n_gates as f64,
             samples: Vec::new(),
         }
     }
 
+    /// Number of samples of all gates.
+    fn len(&self) -> usize {
+        self.shape.iter().product::<usize>() * self.gates
+    }
+
     /// Returns the largest memory of a volume of all gates.
     pub(super) fn bytes(&self) -> usize {
-        let samples: usize = coarse(&self.grid, self.factor).iter().product();
-        BYTES_EACH * samples * self.gates
+        BYTES_EACH * self.len()
     }
 
     /// Adds the next gate, `[z][y][x]`.
     pub(super) fn push(&mut self, volume: &[f32]) {
         let [nx, ny, _] = self.grid.shape();
-        let ([mx, my, mz], [fx, fy, fz]) = (
-            coarse(&self.grid, self.factor),
-            factors(&self.grid, self.factor),
-        );
+        let ([mx, my, mz], [fx, fy, fz]) = (self.shape, self.factors);
         let scale = 1.0 / (fx * fy * fz) as f32;
         for z in 0..mz {
             for y in 0..my {
@@ -73,19 +84,14 @@ impl Beat {
         }
     }
 
-    /// Edge of a voxel of the page over one of the volume.
-    pub(super) fn factor(&self) -> usize {
-        self.factor
-    }
-
     /// Returns a compressed NIfTI of bytes from 0 to white of the window, in base64. Negative samples become 0.
-    pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, StudyError> {
-        let (shape, spacing) = (coarse(&self.grid, self.factor), self.grid.spacing());
+    pub(super) fn base64(&self, window: [f64; 2]) -> Result<String, PhantomError> {
+        let (shape, spacing) = (self.shape, self.grid.spacing());
         // The page contains no negative samples.
         let step = window[1] / 255.0;
         let of = |v: &f32| (f64::from(*v) / step).round() as u8;
         let bytes: Vec<u8> = self.samples.iter().map(of).collect();
-        let factors = factors(&self.grid, self.factor).map(|n| n as f64);
+        let factors = self.factors.map(|n| n as f64);
         let coarse = [0, 1, 2].map(|a| spacing[a] * factors[a]);
         // The first voxel of the page is the average from the first voxel on.
         let centre = [0, 1, 2].map(|a| {
@@ -102,43 +108,5 @@ impl Beat {
             source,
         })?;
         Ok(STANDARD.encode(packed))
-    }
-}
-
-/// Voxels along each axis; the remainder at the end is omitted.
-fn coarse(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
-    grid.shape().map(|n| n / factor.min(n))
-}
-
-/// Voxels averaged along each axis, at most all.
-fn factors(grid: &VoxelGrid, factor: usize) -> [usize; 3] {
-    grid.shape().map(|n| factor.min(n))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::Scene;
-    use std::io::Read;
-
-    #[test]
-    fn voxels_of_the_page_are_averages_at_their_positions() {
-        let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
-        let mut beat = Beat::new(&phantom);
-        assert_eq!(beat.factor, 1);
-        beat.factor = 2;
-        let volume: Vec<f32> = (0..512).map(|k| (k % 8) as f32).collect();
-        beat.push(&volume);
-        assert_eq!(beat.samples.len(), 64);
-        assert_eq!(beat.samples[..4], [0.5, 2.5, 4.5, 6.5]);
-        let packed = STANDARD.decode(beat.base64([0.0, 255.0]).unwrap()).unwrap();
-        let mut nifti = Vec::new();
-        flate2::read::GzDecoder::new(packed.as_slice())
-            .read_to_end(&mut nifti)
-            .unwrap();
-        let float = |at: usize| f32::from_le_bytes(nifti[at..at + 4].try_into().unwrap());
-        assert_eq!(float(80), 40.0); // mm, of 16 cm in 8 voxels
-        assert_eq!(float(268), 60.0); // of x, which points the other way
-        assert_eq!(nifti[352..356], [1, 3, 5, 7]); // halves are rounded up
     }
 }

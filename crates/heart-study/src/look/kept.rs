@@ -2,8 +2,8 @@
 
 use super::beat::Beat;
 use super::planes::Planes;
-use crate::StudyError;
 use crate::figures::{Cut, Picture, sections};
+use heart_phantom::PhantomError;
 use heart_phantom::{Mode, Phantom};
 
 /// Images and page of a run: collects the results of each gate and writes files at the end.
@@ -12,7 +12,7 @@ pub(crate) struct Look<'a> {
     pub(super) phantom: &'a Phantom,
     /// Whether a page is written.
     pub(super) page: bool,
-    pub(super) planes: Option<Planes>,
+    pub(super) planes: Planes,
     pub(super) shown: Vec<Shown>,
     /// Sum of the samples of each view, by gate.
     pub(super) sums: Vec<Vec<f64>>,
@@ -36,8 +36,7 @@ impl Look<'_> {
     /// Adds the volume of the next gate, for a page also to the viewer.
     pub(super) fn keep(&mut self, name: &'static str, volume: &[f32]) {
         let phantom = self.phantom;
-        let planes = self.planes.get_or_insert_with(|| Planes::new(phantom));
-        let cuts = planes.cut(volume);
+        let cuts = self.planes.cut(volume);
         let known = self.shown.iter().position(|shown| shown.name == name);
         let at = known.unwrap_or_else(|| {
             self.shown.push(Shown {
@@ -59,7 +58,7 @@ impl Look<'_> {
     }
 
     /// Returns the sections of a gate with the window of all gates.
-    pub(super) fn picture(&self, shown: &Shown, gate: usize) -> Result<Picture, StudyError> {
+    pub(super) fn picture(&self, shown: &Shown, gate: usize) -> Result<Picture, PhantomError> {
         let window = shown.window();
         let rate = 60.0 / self.phantom.cycle().period();
         let heading = format!(
@@ -72,7 +71,7 @@ impl Look<'_> {
 
     /// Returns the sections of the reconstruction of a gate minus the exact activity, and the value of white; black is its negative.
     /// `None` without both.
-    pub(super) fn difference(&self, gate: usize) -> Result<Option<(Picture, f64)>, StudyError> {
+    pub(super) fn difference(&self, gate: usize) -> Result<Option<(Picture, f64)>, PhantomError> {
         let [image, truth] = &self.shown[..] else {
             return Ok(None);
         };
@@ -150,30 +149,5 @@ impl Shown {
         let [low, high] = self.range.map(f64::from);
         let high = if high > 0.0 { high } else { 1.0 };
         [if low < -0.1 * high { low } else { 0.0 }, high]
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::Scene;
-
-    /// Gate 4 is cardiac gate 1 of 3 in the second respiratory gate.
-    #[test]
-    fn gates_are_named_by_their_index_cardiac_phase_and_respiratory_gate() {
-        let name = |breathing: &str, mode: &str, gate: usize| {
-            let scene = format!(
-                "[camera]\nseconds_per_view = 30.0\n{breathing}[acquisition]\nmode = {mode}\n"
-            );
-            let scene = Scene::from_toml(&scene).unwrap().with_size(8);
-            Look::new(&Phantom::new(scene).unwrap(), false).when(gate)
-        };
-        let gated = "{ gated = { gates = 3 } }";
-        let breathing = "[breathing]\ngates = { phase = 2 }\n";
-        assert_eq!(name("", gated, 1), "gate 1 (of 3), phase 0.500");
-        let of = "set 4: cardiac gate 1 (of 3), phase 0.500, respiratory gate 1 (of 2)";
-        assert_eq!(name(breathing, gated, 4), of);
-        let of = "whole beats, respiratory gate 1 (of 2)";
-        assert_eq!(name(breathing, "'whole-cycle'", 1), of);
     }
 }

@@ -2,8 +2,8 @@
 
 use super::kept::Look;
 use super::planes::SHORT_AXIS;
-use crate::StudyError;
-use crate::figures::{Cut, curves as drawn};
+use crate::figures::{Cut, curves as drawn, projection};
+use heart_phantom::PhantomError;
 use heart_phantom::membrane_forces::PressureLaw;
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::{Phantom, RunReport};
@@ -21,7 +21,7 @@ pub(super) struct Plot {
 }
 
 /// Volume and pressures over the cycle, profiles and projection sums.
-pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, StudyError> {
+pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, PhantomError> {
     let (phantom, sums) = (look.phantom, &look.sums);
     let (cycle, numbers) = (phantom.cycle(), &report.numbers);
     let [low, high] = cycle.gains();
@@ -79,7 +79,7 @@ pub(super) fn curves(look: &Look<'_>, report: &RunReport) -> Result<Vec<Plot>, S
 }
 
 /// The row through the middle of the short-axis section of the first gate, in each kind of volume; `None` without volumes.
-fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
+fn profiles(look: &Look<'_>) -> Result<Option<Plot>, PhantomError> {
     let Some(first) = look.shown.first() else {
         return Ok(None);
     };
@@ -119,7 +119,7 @@ fn profiles(look: &Look<'_>) -> Result<Option<Plot>, StudyError> {
 }
 
 /// Sum of each projection, by gate.
-fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
+fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, PhantomError> {
     let views: Vec<(String, Vec<[f64; 2]>)> = (sums.iter().enumerate())
         .map(|(gate, sum)| {
             let label = match sums.len() {
@@ -137,7 +137,7 @@ fn sums_of_views(sums: &[Vec<f64>]) -> Result<Plot, StudyError> {
 }
 
 /// Extracts from views `[view][row][bin]` the row at the height of the centre of the heart in all views, and three views.
-pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), StudyError> {
+pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), PhantomError> {
     let camera = phantom.camera();
     let (bins, rows, n_views) = (camera.n_bins(), camera.n_rows(), camera.n_views());
     let [bin, row] = camera.detector().pitch();
@@ -147,7 +147,7 @@ pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), 
         .to_lab(&Point3::new(0.5 * heart.length(), 0.0, 0.0));
     let at = (middle.z / row + 0.5 * (rows as f64 - 1.0)).round();
     let at = at.clamp(0.0, rows as f64 - 1.0) as usize;
-    let half = [0.5 * bins as f64 * bin, 0.5 * rows as f64 * row];
+    let half = 0.5 * bins as f64 * bin;
     let sinogram = Cut {
         title: format!(
             "sinogram, z = {:.2} cm",
@@ -160,19 +160,19 @@ pub(super) fn cuts(phantom: &Phantom, views: &[f32]) -> Result<(Cut, Vec<Cut>), 
             .flat_map(|view| &view[at * bins..(at + 1) * bins])
             .copied()
             .collect(),
-        extent: [[-half[0], half[0]], [-0.5, n_views as f64 - 0.5]],
+        extent: [[-half, half], [-0.5, n_views as f64 - 0.5]],
     };
     let times = phantom.view_times(0)?;
     let mut chosen = vec![0, n_views / 3, 2 * n_views / 3];
     chosen.dedup();
     let images = (chosen.into_iter())
-        .map(|k| Cut {
-            title: format!("view {k}, {:.1}°", times[k].angle.to_degrees()),
-            labels: ["s (cm)".into(), "z (cm)".into()],
-            marks: Default::default(),
-            size: [bins, rows],
-            values: views[k * rows * bins..(k + 1) * rows * bins].to_vec(),
-            extent: half.map(|half| [-half, half]),
+        .map(|k| {
+            let title = format!("view {k}, {:.1}°", times[k].angle.to_degrees());
+            projection(
+                title,
+                camera,
+                &views[k * rows * bins..(k + 1) * rows * bins],
+            )
         })
         .collect();
     Ok((sinogram, images))

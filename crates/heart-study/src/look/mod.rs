@@ -7,9 +7,9 @@ mod page;
 mod planes;
 mod tables;
 
-use crate::StudyError;
-use crate::figures::Page;
+use crate::html::Page;
 use beat::Beat;
+use heart_phantom::PhantomError;
 use heart_phantom::files::write_atomically;
 use heart_phantom::{Compensation, GateResults, Phantom, PhaseOf, Product, RunReport};
 pub(crate) use kept::Look;
@@ -24,7 +24,7 @@ impl<'a> Look<'a> {
         Self {
             phantom,
             page,
-            planes: None,
+            planes: Planes::new(phantom),
             shown: Vec::new(),
             sums: Vec::new(),
             sinogram: None,
@@ -72,7 +72,7 @@ impl<'a> Look<'a> {
     }
 
     /// Adds the results of a gate.
-    pub(crate) fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), StudyError> {
+    pub(crate) fn see(&mut self, gate: usize, results: &GateResults) -> Result<(), PhantomError> {
         if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
@@ -104,7 +104,7 @@ impl<'a> Look<'a> {
         report: &RunReport,
         title: &str,
         folder: &Path,
-    ) -> Result<(), StudyError> {
+    ) -> Result<(), PhantomError> {
         if !self.page && !self.wants(Product::Pictures) {
             return Ok(());
         }
@@ -129,3 +129,7 @@ impl<'a> Look<'a> {
         Ok(())
     }
 }
+
+#[cfg(test)]
+#[path = "../../tests/look/mod.rs"]
+mod tests;

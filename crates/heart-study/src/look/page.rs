@@ -2,16 +2,16 @@
 
 use super::kept::{Look, Shown};
 use super::measured::Plot;
-use super::planes::Planes;
 use super::tables::tables;
 
-use crate::StudyError;
-use crate::figures::{map, polar_maps, sections};
+use crate::figures::{map, polar_maps, sections, window};
 use crate::html::{document, figure, section};
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
+use heart_phantom::PhantomError;
 use heart_phantom::{GatedBy, Mode, RunReport, VolumeCurve};
 use maud::{Markup, PreEscaped, Render, html};
+use std::slice::from_ref;
 
 /// niivue 0.69.0, <https://www.npmjs.com/package/@niivue/niivue>, its `dist/niivue.umd.js` compressed by gzip.
 const NIIVUE: &[u8] = include_bytes!("../../assets/niivue-0.69.0.umd.js.gz");
@@ -25,7 +25,7 @@ pub(super) fn html(
     report: &RunReport,
     title: &str,
     plots: &[Plot],
-) -> Result<String, StudyError> {
+) -> Result<String, PhantomError> {
     let body = html! {
         p { (report.program) ". This file is self-contained; its numbers are those of report.json." }
         main {
@@ -59,20 +59,17 @@ impl Render for Plot {
 }
 
 /// The sinogram of a row and three projections of the first gate.
-fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
+fn projections(look: &Look<'_>) -> Result<Markup, PhantomError> {
     let Some((sinogram, images)) = &look.sinogram else {
         return Ok(Markup::default());
     };
-    let most = |values: &[f32]| values.iter().copied().fold(0.0f32, f32::max);
-    let high = (images.iter()).fold(0.0, |high: f32, cut| high.max(most(&cut.values)));
-    let window = |high: f32| [0.0, if high > 0.0 { f64::from(high) } else { 1.0 }];
     let size = [480, 360];
     let label = match look.phantom.scene().counting {
         Some(_) => "sample (MBq cm/mL)",
         None => "sample (cm/mL)",
     };
-    let row = map(sinogram, size, window(most(&sinogram.values)), label)?;
-    let three = sections(images, window(high), label, "")?;
+    let row = map(sinogram, size, window(from_ref(sinogram)), label)?;
+    let three = sections(images, window(images), label, "")?;
     let times = look.phantom.view_times(0)?;
     let ends = [0, times.len() - 1].map(|k| format!("{k} at {:.1}°", times[k].angle.to_degrees()));
     let caption = format!(
@@ -87,13 +84,13 @@ fn projections(look: &Look<'_>) -> Result<Markup, StudyError> {
 }
 
 /// The 4-D viewer with its volumes. It is hidden until it has started; without JavaScript or WebGL2 a sentence replaces it.
-fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
-    let coarser = match look.shown[0].beat.factor() {
+fn viewer(look: &Look<'_>) -> Result<Markup, PhantomError> {
+    let coarser = match look.shown[0].beat.factor {
         1 => String::new(),
         n => format!(" Voxels of this page are averages over {n} x {n} x {n}."),
     };
     let seconds = look.phantom.cycle().period() / look.phantom.n_gates() as f64;
-    let volume = |shown: &Shown| -> Result<Markup, StudyError> {
+    let volume = |shown: &Shown| -> Result<Markup, PhantomError> {
         let window = shown.window();
         Ok(html! {
             script type="application/octet-stream" id=(shown.name) data-black="0" data-white=(window[1]) data-seconds=(seconds)
@@ -134,9 +131,8 @@ fn viewer(look: &Look<'_>) -> Result<Markup, StudyError> {
 }
 
 /// Sections of each kind of volume and their difference in the gates of [`extremes`].
-fn slices(look: &Look<'_>) -> Result<Markup, StudyError> {
-    let is_anatomical = look.planes.as_ref().is_some_and(Planes::is_anatomical);
-    let walls = match is_anatomical {
+fn slices(look: &Look<'_>) -> Result<Markup, PhantomError> {
+    let walls = match look.planes.is_anatomical() {
         true => {
             " with the anterior wall on top and the lateral wall to the right, as are the polar maps"
         }

@@ -1,8 +1,8 @@
 //! The evolving method (section 3.2): the inner balloon inflated in time by the total force of its equilibrium in the direct
 //! method.
 
-use super::report::Evolving;
 use super::run::Run;
+use crate::report::Evolving;
 use heart_phantom::membrane_implicit::{Evolution, EvolvingOptions, Frame, Jacobian, evolve};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Solver, Stiffness,

@@ -1,8 +1,9 @@
 //! Sections 2 to 4 and the appendix: reference configurations, the direct method, the circle.
 
 use super::paper_newton::{PaperJacobian, paper_newton};
-use super::report::{self, Circle, Direct};
 use super::run::Run;
+use crate::figures::CircleStudy;
+use crate::report::{self, Circle, Direct};
 use heart_phantom::membrane_newton::membrane_forces::{FiniteDifferences, LinearEquilibrium};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
@@ -32,15 +33,6 @@ pub(super) struct DirectStudy {
     pub(super) family: Vec<Equilibrium>,
     /// Newton residuals with the printed and the corrected Jacobian.
     pub(super) histories: [Vec<f64>; 2],
-}
-
-/// The results of the circle of the appendix.
-pub(super) struct CircleStudy {
-    pub(super) figures: Circle,
-    pub(super) exact: LinearEquilibrium,
-    /// The reference line and the equilibrium on the second coarsest mesh.
-    pub(super) initial: Vec<[f64; 2]>,
-    pub(super) solution: Vec<[f64; 2]>,
 }
 
 /// Reference configurations of Table 1: length, area and volume of the polygon, and closed forms.
@@ -134,15 +126,25 @@ pub(super) fn circle() -> Result<CircleStudy, PhantomError> {
             shown = (solver.start().points(), points);
         }
     }
-    let last = errors.len() - 1;
+    let apex = exact.at(0.5).position;
+    let arc_radius = radius / (0.5 * exact.kappa()).sin();
     Ok(CircleStudy {
-        figures: Circle {
-            nodes: CIRCLE_NODES.to_vec(),
-            order: (errors[last - 1] / errors[last]).log2(),
-            errors,
-        },
-        exact,
         initial: shown.0,
         solution: shown.1,
+        centre: [apex[0] - arc_radius, 0.0],
+        radius: arc_radius,
+        n_nodes: CIRCLE_NODES.to_vec(),
+        errors,
     })
+}
+
+/// The numbers of the circle.
+pub(super) fn of_circle(study: &CircleStudy) -> Circle {
+    let errors = study.errors.clone();
+    let last = errors.len() - 1;
+    Circle {
+        nodes: study.n_nodes.clone(),
+        order: (errors[last - 1] / errors[last]).log2(),
+        errors,
+    }
 }

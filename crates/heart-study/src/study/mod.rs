@@ -3,20 +3,19 @@
 
 mod evolving;
 mod membranes;
-mod options;
+pub(crate) mod options;
 mod paper_newton;
 mod pictures;
-pub mod report;
 mod rubber;
 mod run;
 mod tomography;
 
-use crate::StudyError;
-use crate::error::check_folder;
-use crate::figures::Page;
+use crate::figures::CircleStudy;
+use crate::html::Page;
+use crate::report::Report;
+use heart_phantom::PhantomError;
 use heart_phantom::{Observer, Progress, files};
-pub use options::StudyOptions;
-use report::Report;
+use options::StudyOptions;
 use run::Run;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -32,15 +31,14 @@ const INTRODUCTION: &str = "The study of Rohmer, Sitek and Gullberg (2006), Simu
 /// it lists are removed first. A study that fails removes its files. Threads are those of the current pool.
 ///
 /// # Errors
-/// An option out of range, a directory that is not writable or other files under names of the study are reported before any work; see [`StudyError`].
-/// [`Stopped`](heart_phantom::PhantomError::Stopped) if `progress`, called before each stage, stops the study.
+/// An option out of range, a directory that is not writable or other files under names of the study are reported before any work; see [`PhantomError`].
+/// [`Stopped`](PhantomError::Stopped) if `progress`, called before each stage, stops the study.
 pub fn run(
     options: &StudyOptions,
     out: &Path,
     progress: Observer<'_, Progress>,
-) -> Result<Report, StudyError> {
+) -> Result<Report, PhantomError> {
     options.validate()?;
-    check_folder(out)?;
     let mut folder = files::Folder::lock(out)?;
     let planned = planned(options.figures);
     folder.clear(&planned)?;
@@ -85,7 +83,7 @@ fn compute(
     options: &StudyOptions,
     out: &Path,
     progress: Observer<'_, Progress>,
-) -> Result<Report, StudyError> {
+) -> Result<Report, PhantomError> {
     let mut run = Run::new(options, out, progress)?;
     let total = Instant::now();
     let mut page = options
@@ -122,7 +120,7 @@ fn compute(
 
     if let Some(mut page) = page {
         pictures::measures(&mut page, &report);
-        pictures::circle(&mut page, &circle)?;
+        pictures::circle(&mut page, &circle, report.circle.order)?;
         page.write()?;
     }
     run.time.total = total.elapsed().as_secs_f64();
@@ -135,7 +133,7 @@ fn solve(
     run: &mut Run<'_>,
     report: &mut Report,
     mut page: Option<&mut Page>,
-) -> Result<membranes::CircleStudy, StudyError> {
+) -> Result<CircleStudy, PhantomError> {
     let clock = Instant::now();
     run.stage("reference configurations")?;
     report.reference = membranes::reference(run)?;
@@ -163,7 +161,7 @@ fn solve(
     run.time.truth_and_files += clock.elapsed().as_secs_f64();
     report.direct = direct.figures;
     report.evolving = evolving.figures;
-    report.circle = circle.figures.clone();
+    report.circle = membranes::of_circle(&circle);
     report.rubber = rubber.figures;
     Ok(circle)
 }

@@ -8,8 +8,9 @@ use serde::Serialize;
 /// Options of the study. The default study takes some seconds on two cores and 350 MB of memory.
 ///
 /// ```
-/// let small = heart_study::StudyOptions::default().with_size(16).with_views(8);
-/// assert_eq!((small.size, small.views, small.nodes), (16, 8, 801));
+/// let mut small = heart_study::StudyOptions::default();
+/// (small.size, small.views) = (16, 8);
+/// assert_eq!(small.nodes, 801);
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Args)]
 #[non_exhaustive]
@@ -47,34 +48,7 @@ impl Default for StudyOptions {
     }
 }
 
-/// Declares methods that return the options with another value of one field.
-macro_rules! setters {
-    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
-        $(#[$doc])*
-        #[must_use]
-        pub fn $with(mut self, $field: $type) -> Self {
-            self.$field = $field;
-            self
-        }
-    )*};
-}
-
 impl StudyOptions {
-    setters! {
-        /// Sets the voxels along an edge of the volume.
-        with_size(size: usize);
-        /// Sets the number of views over 180 degrees.
-        with_views(views: usize);
-        /// Sets the largest volume gain of the cavity.
-        with_gain(gain: f64);
-        /// Sets the heart rate.
-        with_beats_per_minute(beats_per_minute: f64);
-        /// Sets the nodes per membrane.
-        with_nodes(nodes: usize);
-        /// Sets whether to draw the figures.
-        with_figures(figures: bool);
-    }
-
     /// The scene of the three acquisitions: [`Scene::default`] with the size and accuracy of the options.
     pub(super) fn scene(&self) -> Scene {
         let mut scene = Scene::default().with_size(self.size);

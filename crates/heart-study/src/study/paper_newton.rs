@@ -110,25 +110,3 @@ impl ResidualSystem for Direct<'_> {
         step.iter().fold(0.0, |m, s| m.max(s.abs()))
     }
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use heart_phantom::membrane_newton::{Membrane, ReferenceShape};
-
-    #[test]
-    fn the_printed_jacobian_stalls_and_the_corrected_one_converges_quadratically() {
-        let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).unwrap());
-        let differences = FiniteDifferences::new(&membrane, 201).unwrap();
-        let run = |jacobian| paper_newton(&differences, 17.5, jacobian, 60, 1e-4);
-        let exact = run(PaperJacobian::Exact);
-        assert_eq!(exact.len(), 3);
-        assert!(
-            (exact[1] - 0.2725).abs() < 1e-3 && (exact[2] - 6.57e-6).abs() < 1e-7,
-            "{exact:?}"
-        );
-        let printed = run(PaperJacobian::AsPrinted);
-        assert_eq!(printed.len(), 61);
-        assert!(printed.iter().all(|&r| r > 6.0), "{printed:?}");
-    }
-}

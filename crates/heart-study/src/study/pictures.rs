@@ -1,15 +1,16 @@
 //! The figures of the study.
 
 use super::evolving::EvolvingStudy;
-use super::membranes::{CircleStudy, DirectStudy};
-use super::report::{self, Report};
+use super::membranes::DirectStudy;
 use super::rubber::{RUBBER, RubberStudy};
 use super::run::Run;
-use crate::StudyError;
 use crate::figures::{
-    self, ForceFrame, IsoView, Page, Projection, Shape, View, Volume, WallState, bodies, curves,
-    force_frames, histories, isosurface, poses, projections, shapes, slices, wall_meshes,
+    self, CircleStudy, Cut, ForceFrame, IsoView, Picture, Shape, View, Volume, WallState, bodies,
+    curves, force_frames, histories, images, isosurface, poses, projection, shapes, slice,
+    wall_meshes, window,
 };
+use crate::html::Page;
+use crate::report::{self, Report};
 use heart_phantom::membrane_newton::Equilibrium;
 use heart_phantom::revolve_voxel::Pose;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
@@ -76,7 +77,7 @@ pub(super) fn reference(page: &mut Page, reference: &report::Reference) {
 }
 
 /// The direct method: Fig. 8, Newton's residuals.
-pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyError> {
+pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     page.section(
         "Direct method",
@@ -128,7 +129,7 @@ pub(super) fn direct(page: &mut Page, study: &DirectStudy) -> Result<(), StudyEr
 }
 
 /// The evolving method: Fig. 9 and 10.
-pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), StudyError> {
+pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     page.section(
         "Evolving method",
@@ -167,7 +168,7 @@ pub(super) fn evolving(page: &mut Page, study: &EvolvingStudy) -> Result<(), Stu
 }
 
 /// The pair of membranes: Fig. 11 and 12.
-pub(super) fn pair(page: &mut Page, states: &[Arc<HeartShape>]) -> Result<(), StudyError> {
+pub(super) fn pair(page: &mut Page, states: &[Arc<HeartShape>]) -> Result<(), PhantomError> {
     page.section(
         "Two membranes",
         "The outer pressure is solved for together with both shapes, so that the volume of the wall \
@@ -211,7 +212,7 @@ fn wall_state<'a>(title: &'a str, shape: &'a HeartShape) -> WallState<'a> {
 }
 
 /// The same balloons as rubber, which the paper does not have.
-pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyError> {
+pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), PhantomError> {
     let figures = &study.figures;
     let (mu, thickness) = RUBBER;
     page.section(
@@ -268,7 +269,7 @@ pub(super) fn rubber(page: &mut Page, study: &RubberStudy) -> Result<(), StudyEr
 }
 
 /// The pose of the heart: Fig. 13.
-pub(super) fn pose(page: &mut Page, run: &Run<'_>) -> Result<(), StudyError> {
+pub(super) fn pose(page: &mut Page, run: &Run<'_>) -> Result<(), PhantomError> {
     page.section(
         "Tomography",
         format!(
@@ -306,19 +307,19 @@ pub(super) fn projection_images(
     page: &mut Page,
     run: &Run<'_>,
     samples: &[f32],
-) -> Result<(), StudyError> {
-    let n = run.phantom.camera().n_bins();
-    let angles = run.phantom.camera().geometry().angles();
-    let images: Vec<Projection<'_>> = [0, angles.len() / 3, 2 * angles.len() / 3]
-        .iter()
-        .map(|&view_idx| Projection {
-            angle: angles[view_idx],
-            values: &samples[view_idx * n * n..(view_idx + 1) * n * n],
+) -> Result<(), PhantomError> {
+    let camera = run.phantom.camera();
+    let angles = camera.geometry().angles();
+    let views: Vec<Cut> = [0, angles.len() / 3, 2 * angles.len() / 3]
+        .map(|k| {
+            let title = format!("θ = {:.0}°", angles[k].to_degrees());
+            let from = k * camera.view_len();
+            projection(title, camera, &samples[from..from + camera.view_len()])
         })
-        .collect();
+        .into();
     page.picture(
         "fig14-projections.png",
-        &projections(&images, n, run.phantom.camera().pitch())?,
+        &images(&views, window(&views), "chord (cm)")?,
         "Fig. 14: projections of the reference configuration at three angles; exact chord lengths, no voxels.",
     )
 }
@@ -329,24 +330,27 @@ pub(super) fn reconstruction(
     run: &Run<'_>,
     (number, name): (usize, &str),
     volume: &[f32],
-) -> Result<(), StudyError> {
+) -> Result<(), PhantomError> {
     let n = run.phantom.camera().n_bins();
     let volume = Volume {
+        grid: *run.phantom.camera().grid(),
         values: volume,
-        size: [n; 3],
-        spacing: run.phantom.camera().pitch(),
+    };
+    let slices = |indices: &[usize]| -> Result<Picture, PhantomError> {
+        let cuts: Vec<Cut> = indices.iter().map(|&k| slice(&volume, k)).collect();
+        images(&cuts, WINDOW, "activity")
     };
     let of = |what: &str| format!("fig{number}-{name}-{what}.png");
     page.picture(
         &of("slice"),
-        &slices(&volume, &[n / 2], WINDOW, "activity")?,
+        &slices(&[n / 2])?,
         format!("Fig. {number}a: the middle slice of the {name} acquisition, Ram-Lak."),
     )?;
     // From -4.5 cm to 3.5 cm; the heart of the study extends from -5.2 to 4.2 cm at rest.
     let planes = [0, 1, 2, 3, 4, 5].map(|k| n * (11 + 5 * k) / 50);
     page.picture(
         &of("slices"),
-        &slices(&volume, &planes, WINDOW, "activity")?,
+        &slices(&planes)?,
         format!("Fig. {number}b: slices of the same."),
     )?;
     // The cut runs through the axis of the body and faces the viewer; it shows the inside of the wall with its motion artefacts.
@@ -360,7 +364,7 @@ pub(super) fn reconstruction(
     };
     page.picture(
         &of("volume"),
-        &isosurface(&volume, &view)?,
+        &isosurface(volume, &view)?,
         format!(
             "Fig. {number}c: the isosurface at half the activity of the wall, cut along the axis."
         ),
@@ -410,29 +414,18 @@ pub(super) fn measures(page: &mut Page, report: &Report) {
 }
 
 /// The circle of the appendix: Fig. 18.
-pub(super) fn circle(page: &mut Page, study: &CircleStudy) -> Result<(), StudyError> {
+pub(super) fn circle(page: &mut Page, study: &CircleStudy, order: f64) -> Result<(), PhantomError> {
     page.section(
         "Appendix: the circle",
         "A membrane whose reference configuration is a straight line inflates to an arc of a circle; with the \
              corrected constant C the discrete solution converges to it.",
     );
-    let radius = study.initial[0][1] / (0.5 * study.exact.kappa()).sin();
-    let apex = study.exact.at(0.5).position;
     page.picture(
         "fig18-circle.png",
-        &figures::circle(&figures::CircleStudy {
-            initial: &study.initial,
-            solution: &study.solution,
-            centre: [apex[0] - radius, 0.0],
-            radius,
-            n_nodes: &study.figures.nodes,
-            errors: &study.figures.errors,
-            order: 2.0,
-        })?,
+        &figures::circle(study)?,
         format!(
             "Fig. 18: the line, the inflated shape and the exact circle; error against the number \
-             of nodes, observed order {:.3}.",
-            study.figures.order
+             of nodes, observed order {order:.3}."
         ),
     )
 }

@@ -1,7 +1,7 @@
 //! The balloons of the paper as rubber and as springs: shapes, pressures, wall, and projections.
 
-use super::report;
 use super::run::Run;
+use crate::report;
 use heart_phantom::membrane_newton::membrane_forces::StrainEnergy;
 use heart_phantom::membrane_newton::{Control, Discretisation, NewtonOptions, Solver};
 use heart_phantom::scene::MaterialSettings;

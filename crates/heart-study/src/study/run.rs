@@ -1,7 +1,7 @@
 //! Common state of the stages of the study: scene, run times, directory.
 
 use super::options::StudyOptions;
-use super::report;
+use crate::report;
 use heart_phantom::{Observer, Phantom, PhantomError, Progress, files};
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};

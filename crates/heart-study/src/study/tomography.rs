@@ -1,7 +1,7 @@
 //! The three acquisitions of section 5: sinograms, reconstructions, image quality.
 
-use super::report;
 use super::run::Run;
+use crate::report;
 use heart_phantom::radon::Window;
 use heart_phantom::{ImageQuality, Mode, Phantom, PhantomError, Regions, Sinograms, no_observer};
 use std::collections::BTreeSet;

@@ -1,11 +1,17 @@
 //! Content of the figures.
 
+mod canvas;
 mod pictures;
 mod polar;
+mod raster;
+mod render;
+mod surface;
+mod wall;
 
 use std::f64::consts::PI;
 
 use super::*;
+use heart_phantom::revolve_voxel::VoxelGrid;
 
 /// Half an ellipse [x, y] from (0, b) over the apex (a, 0) to (0, -b).
 fn half_ellipse(a: f64, b: f64) -> Vec<[f64; 2]> {
@@ -27,6 +33,12 @@ fn ball(n: usize, r: f64) -> Vec<f32> {
             (0.5 + r - d.sqrt()).clamp(0.0, 1.0) as f32
         })
         .collect()
+}
+
+/// A cube of samples about the origin.
+fn cube(values: &[f32], n: usize, spacing: f64) -> Volume<'_> {
+    let grid = VoxelGrid::cube(n, spacing).unwrap();
+    Volume { grid, values }
 }
 
 const FRONT: View = View {

@@ -4,14 +4,15 @@ mod panels;
 
 use std::f64::consts::PI;
 use std::path::PathBuf;
+use std::slice::from_ref;
 
-use heart_phantom::PhantomError;
 use heart_phantom::files::{self, Section};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
+use heart_phantom::{Phantom, PhantomError, Scene};
 
 use super::*;
-use crate::StudyError;
 use crate::figures;
+use crate::html::Page;
 
 #[test]
 fn files_are_written_completely_and_restored_exactly() {
@@ -23,24 +24,18 @@ fn files_are_written_completely_and_restored_exactly() {
     let mut reader = png::Decoder::new(file).read_info().unwrap();
     let mut rgb = vec![0; reader.output_buffer_size().unwrap()];
     let frame = reader.next_frame(&mut rgb).unwrap();
-    assert_eq!(
-        (frame.width, frame.height),
-        (picture.width(), picture.height())
-    );
+    assert_eq!((frame.width, frame.height), (picture.width, picture.height));
     assert_eq!(frame.color_type, png::ColorType::Rgb);
-    assert!(rgb == picture.rgb());
+    assert!(rgb == picture.rgb);
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
 
     let nowhere = folder.path().join("no/folder/a.png");
     assert!(matches!(
         picture.write_png(&nowhere),
-        Err(StudyError::Phantom(PhantomError::File { .. }))
+        Err(PhantomError::File { .. })
     ));
     let page = Page::new(&nowhere, "", Vec::new());
-    assert!(matches!(
-        page.write(),
-        Err(StudyError::Phantom(PhantomError::File { .. }))
-    ));
+    assert!(matches!(page.write(), Err(PhantomError::File { .. })));
 }
 
 #[test]
@@ -56,7 +51,7 @@ fn geometry_has_one_scale_along_both_axes() {
     .unwrap();
     // The plot is left of the table; the first colour of the family is a dark violet.
     let (mut x, mut y) = ((u32::MAX, 0), (u32::MAX, 0));
-    for j in 0..picture.height() {
+    for j in 0..picture.height {
         for i in 110..900 {
             let [r, g, b] = picture.pixel(i, j).unwrap();
             if g < 40 && b > 60 && r > 50 && r < 100 {
@@ -80,21 +75,20 @@ fn a_slice_has_x_to_the_right_and_the_front_on_top() {
     let mut values = vec![0.0f32; nz * ny * nx];
     // One voxel: x = 6 of 8, y = 4 of 6, z = 1 of 4.
     values[(ny + 4) * nx + 6] = 1.0;
+    let grid = VoxelGrid::centred([nx, ny, nz], [1.0; 3], [0.0; 3]).unwrap();
     let volume = Volume {
+        grid,
         values: &values,
-        size: [nz, ny, nx],
-        spacing: 1.0,
     };
     // Centres of voxels, as fractions of the panel from the left and from the top; one pixel is below 1/300.
     let close = |a: (f64, f64), b: (f64, f64)| (a.0 - b.0).abs() < 4e-3 && (a.1 - b.1).abs() < 4e-3;
     // +y is the back of a patient.
-    let figure = lit(&slices(&volume, &[1], [0.0, 1.0], "").unwrap());
+    let figure = lit(&images(&[slice(&volume, 1)], [0.0, 1.0], "").unwrap());
     assert!(close(figure, (6.5 / 8.0, 4.5 / 6.0)), "{figure:?}");
 
     // The plain images of the same volume have the same orientation.
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
-    let grid = VoxelGrid::centred([nx, ny, nz], [1.0; 3], [0.0; 3]).unwrap();
     let plain = files::Volume::new(grid, values.as_slice()).unwrap();
     files::write_png(&path, &plain, Section::Axial(1), [0.0, 1.0]).unwrap();
     let file = std::io::BufReader::new(std::fs::File::open(&path).unwrap());
@@ -112,11 +106,11 @@ fn a_slice_has_x_to_the_right_and_the_front_on_top() {
 fn lit(picture: &Picture) -> (f64, f64) {
     // The panel is the black rectangle; the bar is to its right, beyond a white gap.
     let row_of = |j: u32| {
-        (0..picture.width() - 175)
+        (0..picture.width - 175)
             .filter(|&i| picture.pixel(i, j).unwrap() == [0; 3])
             .collect::<Vec<_>>()
     };
-    let rows: Vec<(u32, Vec<u32>)> = (0..picture.height())
+    let rows: Vec<(u32, Vec<u32>)> = (0..picture.height)
         .map(|j| (j, row_of(j)))
         .filter(|(_, r)| r.len() > 200)
         .collect();
@@ -140,9 +134,9 @@ fn lit(picture: &Picture) -> (f64, f64) {
 
 /// Pixels that are not white within the circle of half the width of the image.
 fn inked(picture: &Picture) -> usize {
-    let middle = 0.5 * f64::from(picture.width());
-    (0..picture.height())
-        .flat_map(|y| (0..picture.width()).map(move |x| (x, y)))
+    let middle = 0.5 * f64::from(picture.width);
+    (0..picture.height)
+        .flat_map(|y| (0..picture.width).map(move |x| (x, y)))
         .filter(|&(x, y)| {
             (f64::from(x) + 0.5 - middle).hypot(f64::from(y) + 0.5 - middle) < 0.7 * middle
         })
@@ -155,11 +149,7 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
     let n = 64;
     let (radius, spacing) = (18.0, 0.25);
     let values = ball(n, radius);
-    let volume = Volume {
-        values: &values,
-        size: [n; 3],
-        spacing,
-    };
+    let volume = cube(&values, n, spacing);
     for view in [
         FRONT,
         View {
@@ -167,14 +157,14 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
             elevation: 0.6,
         },
     ] {
-        let picture = isosurface(&volume, &IsoView { view, ..iso(0.5) }).unwrap();
+        let picture = isosurface(volume, &IsoView { view, ..iso(0.5) }).unwrap();
         // The image spans 0.85 of the volume.
-        let pixels = radius / (0.85 * n as f64) * f64::from(picture.width());
+        let pixels = radius / (0.85 * n as f64) * f64::from(picture.width);
         let measured = (inked(&picture) as f64 / PI).sqrt();
         // Half a pixel: a partially covered pixel counts; the surface is accurate to a hundredth of a voxel.
         assert!((measured - pixels).abs() < 1.0, "{measured} {pixels}");
         // Round: the four ends.
-        let middle = f64::from(picture.width()) / 2.0;
+        let middle = f64::from(picture.width) / 2.0;
         for (dx, dy) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
             let at = |r: f64| {
                 picture
@@ -197,15 +187,11 @@ fn a_ball_has_a_round_silhouette_of_its_radius() {
 fn a_cut_of_half_the_ball_is_flat() {
     let n = 48;
     let values = ball(n, 14.0);
-    let volume = Volume {
-        values: &values,
-        size: [n; 3],
-        spacing: 0.1,
-    };
-    let whole = isosurface(&volume, &iso(0.5)).unwrap();
+    let volume = cube(&values, n, 0.1);
+    let whole = isosurface(volume, &iso(0.5)).unwrap();
     // From +x, with everything in front of x = 0 cut away: the same disc, flat.
     let flat = isosurface(
-        &volume,
+        volume,
         &IsoView {
             cut: Some(([2.0, 0.0, 0.0], 0.0)),
             ..iso(0.5)
@@ -214,14 +200,14 @@ fn a_cut_of_half_the_ball_is_flat() {
     .unwrap();
     let ratio = inked(&flat) as f64 / inked(&whole) as f64;
     assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
-    let middle = flat.width() / 2;
+    let middle = flat.width / 2;
     assert_eq!(
         flat.pixel(middle, middle).unwrap(),
         flat.pixel(middle + 60, middle - 60).unwrap()
     );
     // With the right half, y > 0, removed, half remains.
     let half = isosurface(
-        &volume,
+        volume,
         &IsoView {
             cut: Some(([0.0, 1.0, 0.0], 0.0)),
             ..iso(0.5)
@@ -240,11 +226,7 @@ fn a_cut_of_half_the_ball_is_flat() {
 fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
     let n = 32;
     let values = ball(n, 10.0);
-    let volume = Volume {
-        values: &values,
-        size: [n; 3],
-        spacing: 0.5,
-    };
+    let volume = cube(&values, n, 0.5);
     let (inner, outer) = (half_ellipse(8.0, 2.0), half_ellipse(9.0, 3.0));
     let state = WallState {
         title: "rest",
@@ -253,9 +235,9 @@ fn figures_are_bitwise_reproducible_for_any_number_of_threads() {
     };
     let draw = || {
         [
-            isosurface(&volume, &iso(0.5)).unwrap(),
+            isosurface(volume, &iso(0.5)).unwrap(),
             bodies(&[state]).unwrap(),
-            slices(&volume, &[9], [0.0, 1.0], "activity").unwrap(),
+            images(&[slice(&volume, 9)], [0.0, 1.0], "activity").unwrap(),
             figures::poses(&state, &[("rest", Pose::identity())], FRONT).unwrap(),
         ]
         .map(|p| p.to_png().unwrap())
@@ -321,13 +303,15 @@ fn unusual_data_are_drawn() {
         pressure: &still,
     };
     force_frames(&[rest]).unwrap();
-    let (angle, values) = (0.0, &[0.0; 16][..]);
-    projections(&[Projection { angle, values }], 4, 1.0).unwrap();
+    let phantom = Phantom::new(Scene::default().with_size(8)).unwrap();
+    let dark = projection(String::new(), phantom.camera(), &[0.0; 64]);
+    assert_eq!(window(from_ref(&dark)), [0.0, 1.0]);
+    images(&[dark], [0.0, 1.0], "").unwrap();
     for value in [f64::NAN, f64::INFINITY] {
         let curve = ("", [[0.0, 1.0], [1.0, value]]);
         assert!(matches!(
             curves("", "", &[curve]),
-            Err(StudyError::NotFinite { index: 1 })
+            Err(PhantomError::OutOfRange { .. })
         ));
     }
 }
@@ -347,13 +331,12 @@ fn sections_fill_their_panels_with_letters_outside() {
     let cuts = [20.5, 20.5, 20.5, 6.4, 6.4, 6.4].map(cut);
     let picture = sections(&cuts, [0.0, 1.0], "", "").unwrap();
     let is_grey = |x: u32, y: u32| picture.pixel(x, y).unwrap() == [153; 3];
-    let columns =
-        |y: u32| -> Vec<u32> { (0..picture.width()).filter(|&x| is_grey(x, y)).collect() };
+    let columns = |y: u32| -> Vec<u32> { (0..picture.width).filter(|&x| is_grey(x, y)).collect() };
     // The colour bar has a row of this grey.
     let of_images = |y: &u32| columns(*y).len() > 600;
-    let rows: Vec<u32> = (0..picture.height()).filter(of_images).collect();
+    let rows: Vec<u32> = (0..picture.height).filter(of_images).collect();
     let side = rows.len() / 2;
-    assert!(side >= 300 && 6 * side * side * 3 > (picture.width() * picture.height()) as usize);
+    assert!(side >= 300 && 6 * side * side * 3 > (picture.width * picture.height) as usize);
     let (above, below) = (columns(rows[1]), columns(rows[side + 1]));
     assert!(above == below && above.len() == 3 * side);
     for row in [&rows[..side], &rows[side..]] {

@@ -48,7 +48,12 @@ fn the_study_writes_its_report_figures_and_arrays() {
     assert!(get("direct.residual") < 1e-8);
     assert!((get("direct.v_inner") / get("reference.inner.volume") - 1.6).abs() < 1e-10);
     assert!(get("direct.v_outer") > get("direct.v_inner"));
-    assert!(get("direct.printed_jacobian_residual_after_60") > 1.0);
+    // With the printed Jacobian Newton's method stalls, with the corrected one it converges quadratically.
+    assert!(get("direct.printed_jacobian_residual_after_60") > 6.0);
+    let history = report["direct"]["newton_history"].as_array().unwrap();
+    let history: Vec<f64> = history.iter().map(|norm| norm.as_f64().unwrap()).collect();
+    assert!(history.len() == 4 && history[0] == 17.5 && history[3] < 1e-8);
+    assert!((history[1] - 0.2725).abs() < 1e-3 && (history[2] - 6.57e-6).abs() < 1e-7);
     assert!(get("evolving.steps") <= 10.0);
     assert!(get("evolving.residual") <= 1e-4);
     assert_eq!(report["evolving"]["monotone"], true);

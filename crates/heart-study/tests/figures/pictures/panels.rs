@@ -4,8 +4,8 @@ use super::*;
 
 /// Pixels of exactly one colour.
 fn of_colour(picture: &Picture, colour: [u8; 3]) -> Vec<(f64, f64)> {
-    (0..picture.height())
-        .flat_map(|y| (0..picture.width()).map(move |x| (x, y)))
+    (0..picture.height)
+        .flat_map(|y| (0..picture.width).map(move |x| (x, y)))
         .filter(|&(x, y)| picture.pixel(x, y).unwrap() == colour)
         .map(|(x, y)| (f64::from(x) + 0.5, f64::from(y) + 0.5))
         .collect()
@@ -53,7 +53,7 @@ fn every_point_of_a_steep_history_has_its_marker() {
     let blue = of_colour(&picture, [0x00, 0x72, 0xb2]);
     let wide = |y: f64| blue.iter().filter(|p| p.1 == y && p.0 > 120.0).count() >= 13;
     // Below the legend of two rows.
-    let rows: Vec<u32> = (100..picture.height())
+    let rows: Vec<u32> = (100..picture.height)
         .filter(|&y| wide(f64::from(y) + 0.5))
         .collect();
     let squares = rows.iter().filter(|&&y| !rows.contains(&(y + 1))).count();
@@ -94,7 +94,7 @@ fn forces_have_their_directions_at_their_nodes() {
     assert!(magenta.iter().all(|p| (p.1 - level).abs() < 8.0));
     // The key at the top, in the row of its stem: the longest force is 2 cm, a round number.
     let grey = |x: u32| picture.pixel(x, 28).unwrap() == [0x75; 3];
-    let runs = (0..picture.width()).scan(0, |run, x| {
+    let runs = (0..picture.width).scan(0, |run, x| {
         *run = if grey(x) { *run + 1 } else { 0 };
         Some(*run)
     });
@@ -130,7 +130,7 @@ fn the_wall_has_its_layers_between_its_membranes() {
         let picture = wall_meshes(&[state], n_layers, 1).unwrap();
         let column = 110 + 450 / 4;
         let find = |colour: [u8; 3]| -> Vec<u32> {
-            (50..picture.height() - 60)
+            (50..picture.height - 60)
                 .filter(|&y| picture.pixel(column, y).unwrap() == colour)
                 .collect()
         };
@@ -151,13 +151,12 @@ fn the_circle_and_its_guide_are_drawn_in_their_panels() {
         .map(|a| [2.0 * a.cos(), 2.0 * a.sin()])
         .collect();
     let study = CircleStudy {
-        initial: &[[2.0, 0.0], [-2.0, 0.0]],
-        solution: &arc,
+        initial: vec![[2.0, 0.0], [-2.0, 0.0]],
+        solution: arc,
         centre: [0.0; 2],
         radius: 2.0,
-        n_nodes: &[10, 100, 1000],
-        errors: &[1e-2, 1e-4, 1e-6],
-        order: 2.0,
+        n_nodes: vec![10, 100, 1000],
+        errors: vec![1e-2, 1e-4, 1e-6],
     };
     let picture = circle(&study).unwrap();
     // The initial line is a level run of blue through the middle of the left panel (106..706 by 24..624).

@@ -1,8 +1,11 @@
 //! Positions of axes and their labels.
 
-use super::*;
+use crate::figures::canvas::{
+    Axis, Rect, axes, equal_scale, font, number, on_plot, paint, paint_over, power_of_ten,
+    round_ticks,
+};
 use crate::figures::marks::{marker, stroke};
-use crate::figures::style::RED;
+use crate::figures::style::{BLACK, RED, register};
 
 #[test]
 fn a_point_of_the_chart_has_its_position() {
@@ -111,7 +114,7 @@ fn drawing_over_an_image_preserves_other_pixels() {
 
 #[test]
 fn the_font_has_every_sign_the_figures_use() {
-    style::register();
+    register();
     let drawing = |sign: char| {
         let mut ink = Vec::new();
         let drawn = font(40, &BLACK)

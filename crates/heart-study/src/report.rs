@@ -3,7 +3,7 @@
 //! Lengths in cm, areas in cm^2, volumes in cm^3, times in seconds, activities per cm^3 relative to the wall. A quantity over an empty set of voxels
 //! (tiny volumes) is omitted.
 
-use super::options::StudyOptions;
+use crate::StudyOptions;
 use heart_phantom::{ImageQuality, TruthOf};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -191,8 +191,7 @@ pub struct Acquisition {
 #[non_exhaustive]
 pub struct Acquisitions {
     /// Static acquisition of the reference configuration.
-    #[serde(rename = "static")]
-    pub static_: Acquisition,
+    pub r#static: Acquisition,
     /// One instant per view.
     pub short: Acquisition,
     /// One cycle per view.
@@ -219,13 +218,13 @@ impl Acquisitions {
     /// Returns the acquisitions with their names, in order.
     pub(crate) fn named(&self) -> [(&'static str, &Acquisition); 3] {
         [
-            ("static", &self.static_),
+            ("static", &self.r#static),
             ("short", &self.short),
             ("long", &self.long),
         ]
     }
 
-    pub(super) fn each_mut(&mut self) -> [&mut Acquisition; 3] {
-        [&mut self.static_, &mut self.short, &mut self.long]
+    pub(crate) fn each_mut(&mut self) -> [&mut Acquisition; 3] {
+        [&mut self.r#static, &mut self.short, &mut self.long]
     }
 }

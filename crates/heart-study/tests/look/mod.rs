@@ -1,0 +1,4 @@
+//! Images and page of a run.
+
+mod beat;
+mod planes;
