@@ -13,9 +13,10 @@ use crate::report::{Evolution, Frame};
 use crate::scheme::{Jacobian, Scheme};
 
 /// Options of [`evolve`]; the defaults are those of the paper where it specifies them.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct EvolvingOptions {
     /// Time step; default 2. From about 2 (mass 1) the norm of the forces falls at every step; below about 0.5 it oscillates like a wave.
     pub dt: f64,
@@ -45,6 +46,37 @@ impl Default for EvolvingOptions {
             jacobian: Jacobian::Band,
             frame_every: 1,
         }
+    }
+}
+
+/// Declares methods that return the options with another value of one field.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $with:ident($field:ident: $type:ty);)*) => {$(
+        $(#[$doc])*
+        #[must_use]
+        pub fn $with(mut self, $field: $type) -> Self {
+            self.$field = $field;
+            self
+        }
+    )*};
+}
+
+impl EvolvingOptions {
+    setters! {
+        /// Sets the time step.
+        with_dt(dt: f64);
+        /// Sets the mass per unit s, over the largest stiffness.
+        with_mass(mass: f64);
+        /// Sets the damping mu per unit s, over the largest stiffness.
+        with_damping(damping: f64);
+        /// Sets the tolerance on the norm of the forces, relative to that before the first step.
+        with_tolerance(tolerance: f64);
+        /// Sets the largest number of steps.
+        with_max_steps(max_steps: usize);
+        /// Sets the derivative of the pressure force.
+        with_jacobian(jacobian: Jacobian);
+        /// Sets the number of steps between frames; 0 stores none.
+        with_frame_every(frame_every: usize);
     }
 }
 

@@ -192,11 +192,9 @@ impl<'a, 's> Search<'a, 's> {
         (from, to): (f64, f64),
         options: &NewtonOptions,
     ) -> Result<(), EarlyEnd> {
-        let careful = NewtonOptions {
-            max_iterations: options.max_iterations.min(WALKING),
-            line_search: LineSearch::Natural { max_halvings: 0 },
-            ..*options
-        };
+        let careful = options
+            .with_max_iterations(options.max_iterations.min(WALKING))
+            .with_line_search(LineSearch::Natural { max_halvings: 0 });
         // The start need not be an exact equilibrium, nor an equilibrium at all if its ends are displaced.
         state.copy_from_slice(start);
         self.system.set_control(from);

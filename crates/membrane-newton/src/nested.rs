@@ -327,11 +327,7 @@ impl Nested {
         options.check()?;
         let tolerances = [options.residual_tolerance, options.step_tolerance];
         let [residual, step] = tolerances.map(|tolerance| tolerance.min(MISSED));
-        let options = &NewtonOptions {
-            residual_tolerance: residual,
-            step_tolerance: step,
-            ..*options
-        };
+        let options = &options.with_tolerances(residual, step);
         if let Some(scaled) = self.solve_scaled(near, control, options)? {
             return Ok(scaled);
         }

@@ -4,18 +4,12 @@ use crate::constraint::check;
 use crate::error::Result;
 
 /// Options of Newton's iteration.
-///
-/// ```
-/// use membrane_newton::NewtonOptions;
-/// let few = NewtonOptions { max_iterations: 5, ..NewtonOptions::default() };
-/// assert_eq!((few.max_iterations, few.max_load_steps), (5, 100));
-/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(default, deny_unknown_fields))]
+#[non_exhaustive]
 pub struct NewtonOptions {
-    /// Tolerance on the scaled residual; default 1e-15. A solve rejects tolerances that are negative or not finite
-    /// ([`OutOfRange`](crate::MembraneError::OutOfRange)).
+    /// Tolerance on the scaled residual; default 1e-15.
     pub residual_tolerance: f64,
     /// Tolerance on the scaled error of the unknowns, estimated from the contraction of the last corrections; default 1e-14. The estimate of
     /// [`NewtonReport::iteration_error`](crate::NewtonReport::iteration_error) has a margin for directions that contract less, and may exceed
@@ -83,6 +77,15 @@ impl Default for NewtonOptions {
 }
 
 impl NewtonOptions {
+    /// Sets the tolerances on the scaled residual and the scaled step; a solve rejects those that are negative or not finite
+    /// ([`OutOfRange`](crate::MembraneError::OutOfRange)).
+    #[must_use]
+    pub fn with_tolerances(mut self, residual: f64, step: f64) -> Self {
+        self.residual_tolerance = residual;
+        self.step_tolerance = step;
+        self
+    }
+
     /// Rejects tolerances and a factor of [`Refactor`] that are negative or not finite.
     pub(crate) fn check(&self) -> Result<()> {
         for (what, value) in [
@@ -95,5 +98,33 @@ impl NewtonOptions {
             check("contraction of Refactor", most, 0.0)?;
         }
         Ok(())
+    }
+
+    /// Sets the largest number of iterations of one Newton solve.
+    #[must_use]
+    pub fn with_max_iterations(mut self, max_iterations: usize) -> Self {
+        self.max_iterations = max_iterations;
+        self
+    }
+
+    /// Sets the line search.
+    #[must_use]
+    pub fn with_line_search(mut self, line_search: LineSearch) -> Self {
+        self.line_search = line_search;
+        self
+    }
+
+    /// Sets the rule for factorisations.
+    #[must_use]
+    pub fn with_refactor(mut self, refactor: Refactor) -> Self {
+        self.refactor = refactor;
+        self
+    }
+
+    /// Sets the largest number of continuation steps.
+    #[must_use]
+    pub fn with_max_load_steps(mut self, max_load_steps: usize) -> Self {
+        self.max_load_steps = max_load_steps;
+        self
     }
 }

@@ -210,11 +210,7 @@ fn wall(random: &mut Random) -> Option<f64> {
     });
     let (inner, outer) = (inner?, outer?);
     let starts = [&inner, &outer].map(|solver| volume(&solver.start().pieces()));
-    let options = NewtonOptions {
-        residual_tolerance: 1e-15,
-        step_tolerance: random.decades(-14.0, -4.0),
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_tolerances(1e-15, random.decades(-14.0, -4.0));
     let pair = Pair::new(inner, outer).ok()?;
     let solved = pair
         .solve(Control::VolumeGain(random.uniform(-0.2, 1.0)), &options)

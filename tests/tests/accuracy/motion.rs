@@ -327,11 +327,9 @@ fn evolved(random: &mut Random) -> Option<f64> {
     let nodes = 2 * random.integer(10, 100) + 1;
     let membrane = Membrane::new(ReferenceShape::balloon(height, radius).expect("a balloon"));
     let tolerance = random.decades(-7.0, -2.0);
-    let options = EvolvingOptions {
-        tolerance,
-        dt: random.uniform(0.5, 5.0),
-        ..EvolvingOptions::default()
-    };
+    let options = EvolvingOptions::default()
+        .with_tolerance(tolerance)
+        .with_dt(random.uniform(0.5, 5.0));
     let force = random.uniform(100.0, 3000.0);
     let run = evolve(&membrane, nodes, force, &options).ok()?;
     let rest = Body::springs(&membrane, nodes).expect("a body");

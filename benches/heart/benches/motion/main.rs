@@ -52,11 +52,9 @@ fn paper_run(c: &mut Criterion) {
     let membrane = Membrane::new(ReferenceShape::balloon(8.5, 1.75).expect("a balloon"));
     let mut group = short(c, "motion/evolve_201");
     for (name, jacobian) in [("band", Jacobian::Band), ("exact", Jacobian::Exact)] {
-        let options = EvolvingOptions {
-            frame_every: 0,
-            jacobian,
-            ..EvolvingOptions::default()
-        };
+        let options = EvolvingOptions::default()
+            .with_frame_every(0)
+            .with_jacobian(jacobian);
         let run = evolve(&membrane, 201, 2588.9, &options).expect("a run");
         println!(
             "motion/evolve_201/{name}: {} steps, residual {:.1e}",

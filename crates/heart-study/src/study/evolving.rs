@@ -41,22 +41,19 @@ pub(super) fn evolving(run: &Run<'_>) -> Result<EvolvingStudy, PhantomError> {
     )?;
     let force = direct.intensity * direct.measures.surface;
 
-    let inflate = |membrane: &Membrane, dt: f64, jacobian: Jacobian| -> Result<_, PhantomError> {
-        let options = EvolvingOptions {
-            dt,
-            jacobian,
-            ..EvolvingOptions::default()
-        };
-        Ok(evolve(membrane, NODES, force, &options)?)
+    let options = EvolvingOptions::default().with_jacobian(Jacobian::Band);
+    let inflate = |membrane: &Membrane, options: &EvolvingOptions| -> Result<_, PhantomError> {
+        Ok(evolve(membrane, NODES, force, options)?)
     };
     let [large, small, huge] = STEPS;
-    let falling = inflate(&membrane, large, Jacobian::Band)?;
-    let oscillating = inflate(&membrane, small, Jacobian::Band)?;
-    let exact = inflate(&membrane, huge, Jacobian::Exact)?;
+    let falling = inflate(&membrane, &options.clone().with_dt(large))?;
+    let oscillating = inflate(&membrane, &options.clone().with_dt(small))?;
+    let rank_one = options.clone().with_dt(huge).with_jacobian(Jacobian::Exact);
+    let exact = inflate(&membrane, &rank_one)?;
     let stiffer = membrane
         .clone()
         .with_second_neighbours(Stiffness::constant(SECOND_NEIGHBOURS)?);
-    let second = inflate(&stiffer, large, Jacobian::Band)?;
+    let second = inflate(&stiffer, &options.with_dt(large))?;
 
     Ok(EvolvingStudy {
         figures: Evolving {

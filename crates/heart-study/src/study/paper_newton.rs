@@ -37,13 +37,10 @@ pub(super) fn paper_newton(
         elastic: vec![0.0; tangent.band.len()],
         tangent,
     };
-    let options = NewtonOptions {
-        residual_tolerance: tolerance,
-        step_tolerance: 0.0,
-        max_iterations: iterations,
-        line_search: LineSearch::FullStep,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_tolerances(tolerance, 0.0)
+        .with_max_iterations(iterations)
+        .with_line_search(LineSearch::FullStep);
     let mut scratch = NewtonScratch::default();
     let mut x = differences.start().to_vec();
     // the history is the result in all cases

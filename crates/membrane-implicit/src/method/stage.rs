@@ -326,14 +326,11 @@ impl Stage {
         };
         let moved = eq.reach * dot_in_eight(&new.velocity, &new.velocity).sqrt();
         let unit = eq.unit(moved);
-        let options = NewtonOptions {
-            residual_tolerance: 0.0,
-            step_tolerance: tolerance * eq.body.length / unit,
-            max_iterations: MAX_ITERATIONS,
-            line_search: LineSearch::FullStep,
-            refactor: Refactor::WhenContractionAbove(0.05),
-            ..NewtonOptions::default()
-        };
+        let options = NewtonOptions::default()
+            .with_tolerances(0.0, tolerance * eq.body.length / unit)
+            .with_max_iterations(MAX_ITERATIONS)
+            .with_line_search(LineSearch::FullStep)
+            .with_refactor(Refactor::WhenContractionAbove(0.05));
         let mut x = std::mem::take(&mut self.unknowns);
         let mut scratch = std::mem::take(&mut self.scratch);
         let n = self.nodes.len();

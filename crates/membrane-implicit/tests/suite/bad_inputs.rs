@@ -363,45 +363,21 @@ fn evolving_method() {
     let run = |options: EvolvingOptions, force: f64| evolve(&balloon(), 51, force, &options);
     for bad in BAD.into_iter().chain([0.0]) {
         assert!(
-            is_range(run(
-                EvolvingOptions {
-                    dt: bad,
-                    ..EvolvingOptions::default()
-                },
-                1.0
-            )),
+            is_range(run(EvolvingOptions::default().with_dt(bad), 1.0)),
             "{bad}"
         );
         assert!(
-            is_range(run(
-                EvolvingOptions {
-                    mass: bad,
-                    ..EvolvingOptions::default()
-                },
-                1.0
-            )),
+            is_range(run(EvolvingOptions::default().with_mass(bad), 1.0)),
             "{bad}"
         );
     }
     for bad in BAD {
         assert!(
-            is_range(run(
-                EvolvingOptions {
-                    damping: bad,
-                    ..EvolvingOptions::default()
-                },
-                1.0
-            )),
+            is_range(run(EvolvingOptions::default().with_damping(bad), 1.0)),
             "{bad}"
         );
         assert!(
-            is_range(run(
-                EvolvingOptions {
-                    tolerance: bad,
-                    ..EvolvingOptions::default()
-                },
-                1.0
-            )),
+            is_range(run(EvolvingOptions::default().with_tolerance(bad), 1.0)),
             "{bad}"
         );
         if bad != -1.0 {

@@ -121,11 +121,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
         _ => (Control::VolumeGain(gain), pump),
     };
     let is_pair = p.control >= 3;
-    let options = NewtonOptions {
-        residual_tolerance: 1e-15,
-        step_tolerance: 1e-11,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_tolerances(1e-15, 1e-11);
     let (direct, direct_outer) = if is_pair {
         let pair = Pair::new(solver(&inner), solver(&outer))
             .unwrap()

@@ -135,14 +135,12 @@ fn steps_equal_the_block_system_of_eq_28() {
                 }
                 // mass 1 and damping 0.7, relative to the stiffness
                 let stiffness = 1.0 + 4.0 * lambda_2;
-                let options = EvolvingOptions {
-                    max_steps: 4,
-                    mass: 1.0 / stiffness,
-                    damping: 0.7 / stiffness,
-                    dt,
-                    jacobian,
-                    ..EvolvingOptions::default()
-                };
+                let options = EvolvingOptions::default()
+                    .with_max_steps(4)
+                    .with_mass(1.0 / stiffness)
+                    .with_damping(0.7 / stiffness)
+                    .with_dt(dt)
+                    .with_jacobian(jacobian);
                 // four steps do not converge: the error contains the evolution
                 let Err(ImplicitError::NotSettled { evolution: ours }) =
                     evolve(&membrane, n_nodes, TOTAL_FORCE, &options)
@@ -183,11 +181,7 @@ fn steps_equal_the_block_system_of_eq_28() {
 fn the_band_jacobian_decreases_the_norm_at_every_step_for_large_steps() {
     for dt in [2.0, 4.0, 10.0, 100.0, 1e4] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
-            let options = EvolvingOptions {
-                dt,
-                damping: mu,
-                ..EvolvingOptions::default()
-            };
+            let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
             let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
             assert!(run.is_monotone(), "dt {dt} mu {mu}: {:?}", run.norms);
             assert!(
@@ -212,11 +206,7 @@ fn the_band_jacobian_decreases_the_norm_at_every_step_for_large_steps() {
 fn small_steps_oscillate() {
     for dt in [0.05, 0.1, 0.25, 0.5] {
         for mu in [0.0, 0.25, 0.5, 1.0] {
-            let options = EvolvingOptions {
-                dt,
-                damping: mu,
-                ..EvolvingOptions::default()
-            };
+            let options = EvolvingOptions::default().with_dt(dt).with_damping(mu);
             let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
             println!("dt {dt} mu {mu}: {} steps", run.steps);
             assert!(!run.is_monotone(), "dt {dt} mu {mu}: {:?}", run.norms);
@@ -226,12 +216,10 @@ fn small_steps_oscillate() {
 
 #[test]
 fn rank_one_part_makes_large_steps_quadratic() {
-    let options = EvolvingOptions {
-        tolerance: 1e-10,
-        dt: 1e5,
-        jacobian: Jacobian::Exact,
-        ..EvolvingOptions::default()
-    };
+    let options = EvolvingOptions::default()
+        .with_tolerance(1e-10)
+        .with_dt(1e5)
+        .with_jacobian(Jacobian::Exact);
     let run = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap();
     println!("{:?}", run.norms);
     assert!(run.steps <= 5, "{:?}", run.norms);
@@ -257,10 +245,7 @@ fn evolution_converges_to_the_equilibrium_of_newton() {
             &membrane,
             201,
             TOTAL_FORCE,
-            &EvolvingOptions {
-                dt,
-                ..EvolvingOptions::default()
-            },
+            &EvolvingOptions::default().with_dt(dt),
         )
         .unwrap();
         // A residual of norm 1e-4 divided by the lowest eigenvalue of the springs, pi^2, is 1e-5 cm on average; the pressure reduces the stiffness.
@@ -328,10 +313,7 @@ fn frames_contain_forces_that_balance_at_the_end() {
 
 #[test]
 fn a_run_without_convergence_is_an_error() {
-    let options = EvolvingOptions {
-        max_steps: 3,
-        ..EvolvingOptions::default()
-    };
+    let options = EvolvingOptions::default().with_max_steps(3);
     let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
     let ImplicitError::NotSettled { evolution: run } = &error else {
         panic!("{error}")
@@ -340,10 +322,7 @@ fn a_run_without_convergence_is_an_error() {
     assert_eq!((run.steps, run.norms.len()), (3, 4));
     // frames of every second step and of the last one, or none
     for (every, expected) in [(2, &[0, 2, 3][..]), (0, &[])] {
-        let options = EvolvingOptions {
-            frame_every: every,
-            ..options
-        };
+        let options = options.clone().with_frame_every(every);
         let error = evolve(&balloon(), 201, TOTAL_FORCE, &options).unwrap_err();
         let ImplicitError::NotSettled { evolution: run } = &error else {
             panic!("{error}")
@@ -357,10 +336,7 @@ fn a_run_without_convergence_is_an_error() {
 #[test]
 fn an_equilibrium_with_crossed_walls_is_an_error() {
     let membrane = balloon().with_law(PressureLaw::PerCurrentLength);
-    let options = EvolvingOptions {
-        jacobian: Jacobian::Exact,
-        ..EvolvingOptions::default()
-    };
+    let options = EvolvingOptions::default().with_jacobian(Jacobian::Exact);
     for total_force in [-100.0, -150.0, -300.0] {
         let error = evolve(&membrane, 51, total_force, &options).unwrap_err();
         assert!(

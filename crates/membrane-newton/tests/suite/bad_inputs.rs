@@ -66,11 +66,9 @@ fn pressure_at_or_past_the_blow_up() {
 #[test]
 fn a_failed_solve_reports_its_attempts() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
-    let options = NewtonOptions {
-        max_iterations: 1,
-        max_load_steps: 0,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_max_iterations(1)
+        .with_max_load_steps(0);
     let Err(NewtonError::NotConverged { report, .. }) =
         solver.solve(Control::VolumeGain(5.0), &options)
     else {
@@ -226,10 +224,7 @@ fn membranes_that_cross_in_the_result_are_rejected() {
 #[test]
 fn too_few_iterations_are_not_a_limit_point() {
     let solver = solver(PressureLaw::PerMaterialLength, 1.75);
-    let options = NewtonOptions {
-        max_iterations: 1,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_max_iterations(1);
     let error = solver
         .solve(Control::VolumeGain(0.6), &options)
         .unwrap_err();
@@ -304,11 +299,7 @@ fn invalid_tolerances_are_rejected() {
         -f64::from_bits(1),
     ] {
         for (residual, step) in [(bad, 1e-14), (1e-15, bad)] {
-            let options = NewtonOptions {
-                residual_tolerance: residual,
-                step_tolerance: step,
-                ..NewtonOptions::default()
-            };
+            let options = NewtonOptions::default().with_tolerances(residual, step);
             for outcome in [
                 solver.solve(Control::Load(5.1), &options),
                 solver.solve_from(&near, Control::Load(5.0), &options),
@@ -330,19 +321,13 @@ fn invalid_tolerances_are_rejected() {
     }
     // with a tolerance of zero the other one decides
     for zero in [0.0, -0.0] {
-        let options = NewtonOptions {
-            residual_tolerance: zero,
-            step_tolerance: 1e-14,
-            ..NewtonOptions::default()
-        };
+        let options = NewtonOptions::default().with_tolerances(zero, 1e-14);
         assert!(solver.solve(Control::Load(5.1), &options).is_ok());
     }
     // an unlimited number of steps needs no memory
-    let options = NewtonOptions {
-        max_iterations: usize::MAX,
-        max_load_steps: usize::MAX,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_max_iterations(usize::MAX)
+        .with_max_load_steps(usize::MAX);
     assert!(solver.solve(Control::VolumeGain(0.6), &options).is_ok());
 }
 

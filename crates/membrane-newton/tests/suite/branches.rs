@@ -179,10 +179,7 @@ fn without_load_steps_another_branch_is_an_error_too() {
         radius: 0.12226,
         amplitude: 0.5582,
     };
-    let options = NewtonOptions {
-        max_load_steps: 0,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_max_load_steps(0);
     for nodes in [101, 201, 401, 801, 1601] {
         let outcome = disc
             .solver(Discretisation::FiniteDifferences { nodes })

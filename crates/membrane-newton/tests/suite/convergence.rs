@@ -71,12 +71,9 @@ fn large_tolerances_meet_the_control() {
             let volume = solver.start().measures.volume * (1.0 + gain);
             for tolerance in [0.1, 1e-2, 1e-3, 1e-5, 1e-8] {
                 for line_search in [NewtonOptions::default().line_search, LineSearch::FullStep] {
-                    let options = NewtonOptions {
-                        residual_tolerance: tolerance,
-                        step_tolerance: tolerance,
-                        line_search,
-                        ..NewtonOptions::default()
-                    };
+                    let options = NewtonOptions::default()
+                        .with_tolerances(tolerance, tolerance)
+                        .with_line_search(line_search);
                     let solved = solver.solve(Control::VolumeGain(gain), &options).unwrap();
                     let error = (solved.measures.volume / volume - 1.0).abs();
                     assert!(error <= 1.25e-9, "{gain} {options:?}: {error:e}");
@@ -145,11 +142,7 @@ fn the_exact_solution_needs_no_iterations() {
         let options = NewtonOptions::default();
         let solved = solver.solve(Control::VolumeGain(0.6), &options).unwrap();
         // the solution has the rounding of the equations, which may be a step of 1e-14
-        let options = NewtonOptions {
-            residual_tolerance: 1e-15,
-            step_tolerance: 2.0 * solved.report.iteration_error,
-            ..options
-        };
+        let options = options.with_tolerances(1e-15, 2.0 * solved.report.iteration_error);
         let again = solver
             .solve_from(&solved, Control::VolumeGain(0.6), &options)
             .unwrap();

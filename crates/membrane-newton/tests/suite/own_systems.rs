@@ -321,10 +321,7 @@ fn messages_contain_the_cause_of_a_failure() {
         (
             1.0,
             1e9,
-            NewtonOptions {
-                max_iterations: 2,
-                ..options
-            },
+            options.with_max_iterations(2),
             StopReason::Iterations,
             "iterations are used up",
         ),
@@ -386,10 +383,7 @@ fn a_residual_that_is_not_finite_is_no_solution_whatever_its_norm() {
         LineSearch::FullStep,
         LineSearch::Natural { max_halvings: 20 },
     ] {
-        let options = NewtonOptions {
-            line_search,
-            ..NewtonOptions::default()
-        };
+        let options = NewtonOptions::default().with_line_search(line_search);
         for start in [[-4.0, 1.0], [-4.0, 3.0]] {
             let mut x = start;
             let error = newton(&mut RootAndLine, &mut x, &options).unwrap_err();

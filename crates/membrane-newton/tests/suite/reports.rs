@@ -25,18 +25,12 @@ fn slow_convergence_is_not_rounding() {
     for line_search in [natural.line_search, LineSearch::FullStep] {
         for start in [1.0, 2f64.sqrt() + 1e-8] {
             for wrong in [1.0, 1.1, 2.0] {
-                let options = NewtonOptions {
-                    line_search,
-                    ..natural
-                };
+                let options = natural.with_line_search(line_search);
                 let mut x = [start];
                 let few = newton(&mut root(wrong, 1.0), &mut x, &options);
                 assert!(few.is_ok() || wrong == 2.0, "{wrong}: {few:?}");
                 let mut x = [start];
-                let options = NewtonOptions {
-                    max_iterations: 100,
-                    ..options
-                };
+                let options = options.with_max_iterations(100);
                 let report = newton(&mut root(wrong, 1.0), &mut x, &options).unwrap();
                 let error = (x[0] - 2f64.sqrt()).abs();
                 // the tolerance of steps, with the rounding of the last ones
@@ -63,10 +57,7 @@ fn slow_convergence_is_not_rounding() {
         "{negative:?}"
     );
     for most in [f64::NAN, f64::INFINITY, -0.1] {
-        let options = NewtonOptions {
-            refactor: Refactor::WhenContractionAbove(most),
-            ..natural
-        };
+        let options = natural.with_refactor(Refactor::WhenContractionAbove(most));
         let refused = newton(&mut root(1.0, 1.0), &mut [1.0], &options);
         assert!(
             matches!(
@@ -84,13 +75,10 @@ fn slow_convergence_is_not_rounding() {
 fn the_error_of_slow_convergence_is_within_the_stated_one() {
     let natural = NewtonOptions::default().line_search;
     let solve = |system: &mut dyn ResidualSystem, x: f64, root: f64, line_search, tolerance| {
-        let options = NewtonOptions {
-            line_search,
-            residual_tolerance: 0.0,
-            step_tolerance: tolerance,
-            max_iterations: 1000,
-            ..NewtonOptions::default()
-        };
+        let options = NewtonOptions::default()
+            .with_line_search(line_search)
+            .with_tolerances(0.0, tolerance)
+            .with_max_iterations(1000);
         let mut x = [x];
         let report = newton(system, &mut x, &options).unwrap();
         assert_eq!(report.stopped_by, Some(StopReason::Step));
@@ -128,14 +116,8 @@ fn the_error_of_slow_convergence_is_within_the_stated_one() {
 /// A tangent that leaves the fraction 1 - 1 / `wrong` of a linear residual passes the natural test up to 3/4; full steps converge with it.
 #[test]
 fn the_natural_test_rejects_tangents_that_contract_by_more_than_three_quarters() {
-    let natural = NewtonOptions {
-        max_iterations: 1000,
-        ..NewtonOptions::default()
-    };
-    let full = NewtonOptions {
-        line_search: LineSearch::FullStep,
-        ..natural
-    };
+    let natural = NewtonOptions::default().with_max_iterations(1000);
+    let full = natural.with_line_search(LineSearch::FullStep);
     let solve = |wrong: f64, options| {
         let mut system = Scalar::new(|x| Ok(x - 1.0), move |_| wrong);
         newton(&mut system, &mut [3.0], options)
@@ -166,13 +148,7 @@ fn shortened_steps_are_not_rounding() {
     for wrong in [0.3, 0.45, 0.5, 0.55, 0.6] {
         let slope = |x: f64| wrong * x.exp();
         let mut system = Scalar::new(|x: f64| Ok(x.exp() - 2.0), slope);
-        let (mut x, options) = (
-            [1.0],
-            NewtonOptions {
-                max_iterations: 100,
-                ..options
-            },
-        );
+        let (mut x, options) = ([1.0], options.with_max_iterations(100));
         let report = newton(&mut system, &mut x, &options).unwrap();
         // a hundred roundings of x, amplified by the derivative, may be rounding
         let error = (x[0] - 2f64.ln()).abs();
@@ -191,10 +167,8 @@ fn logarithm(x: f64) -> Result<f64, NewtonError> {
 /// From 10 times the root every whole step and every shorter one down to a half leads outside the domain of the logarithm.
 #[test]
 fn an_error_in_the_line_search_is_the_source() {
-    let options = NewtonOptions {
-        line_search: LineSearch::Natural { max_halvings: 0 },
-        ..NewtonOptions::default()
-    };
+    let options =
+        NewtonOptions::default().with_line_search(LineSearch::Natural { max_halvings: 0 });
     let error = newton(
         &mut Scalar::new(logarithm, f64::recip),
         &mut [10.0],
@@ -210,10 +184,7 @@ fn an_error_in_the_line_search_is_the_source() {
     let error = newton(
         &mut Scalar::new(logarithm, f64::recip),
         &mut [1.5],
-        &NewtonOptions {
-            max_iterations: 0,
-            ..options
-        },
+        &options.with_max_iterations(0),
     );
     assert!(error.unwrap_err().source().is_none());
 }
@@ -221,20 +192,13 @@ fn an_error_in_the_line_search_is_the_source() {
 #[test]
 fn reports_count_every_residual_and_contain_the_stopping_test() {
     let natural = NewtonOptions::default();
-    let full = NewtonOptions {
-        line_search: LineSearch::FullStep,
-        ..natural
-    };
+    let full = natural.with_line_search(LineSearch::FullStep);
     for options in [&natural, &full] {
         for (tolerances, ended) in [
             ((1e-6, 0.0), StopReason::Residual),
             ((0.0, 1e-6), StopReason::Step),
         ] {
-            let options = NewtonOptions {
-                residual_tolerance: tolerances.0,
-                step_tolerance: tolerances.1,
-                ..*options
-            };
+            let options = options.with_tolerances(tolerances.0, tolerances.1);
             let mut system = Scalar::new(logarithm, f64::recip);
             let mut x = [1.4];
             let report = newton(&mut system, &mut x, &options).unwrap();
@@ -255,12 +219,9 @@ fn reports_count_every_residual_and_contain_the_stopping_test() {
 /// A factorisation is reused while the root hardly changes, and replaced when the steps no longer contract.
 #[test]
 fn a_factorisation_may_be_reused_for_many_solves() {
-    let options = NewtonOptions {
-        residual_tolerance: 1e-13,
-        step_tolerance: 1e-13,
-        refactor: Refactor::WhenContractionAbove(0.05),
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_tolerances(1e-13, 1e-13)
+        .with_refactor(Refactor::WhenContractionAbove(0.05));
     let count = |options: &NewtonOptions| {
         let at = Cell::new(1.0);
         let mut system = Scalar::new(|x| logarithm(x / at.get()), f64::recip);
@@ -275,10 +236,7 @@ fn a_factorisation_may_be_reused_for_many_solves() {
         system.factorisations
     };
     let kept = count(&options);
-    let each = count(&NewtonOptions {
-        refactor: Refactor::EachIteration,
-        ..options
-    });
+    let each = count(&options.with_refactor(Refactor::EachIteration));
     assert!(kept < 40 && each > 100, "{kept} {each}");
 }
 
@@ -286,12 +244,9 @@ fn a_factorisation_may_be_reused_for_many_solves() {
 /// is less than half of the previous one, that error is less than the step.
 #[test]
 fn full_steps_end_without_another_residual() {
-    let options = NewtonOptions {
-        line_search: LineSearch::FullStep,
-        residual_tolerance: 0.0,
-        step_tolerance: 1e-6,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_line_search(LineSearch::FullStep)
+        .with_tolerances(0.0, 1e-6);
     for start in [0.5, 1.4, 2.0] {
         let mut system = Scalar::new(|x| Ok(x.ln()), f64::recip);
         let mut x = [start];
@@ -310,10 +265,7 @@ fn full_steps_end_without_another_residual() {
 fn the_step_of_the_report_is_the_shortened_one() {
     let mut system = Scalar::new(|x| Ok(x.atan()), |x| 1.0 / (1.0 + x * x));
     let mut x = [3.0];
-    let options = NewtonOptions {
-        max_iterations: 1,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_max_iterations(1);
     let error = newton(&mut system, &mut x, &options).unwrap_err();
     let NewtonError::NotConverged { report, .. } = error else {
         panic!("{error}")
@@ -329,11 +281,7 @@ fn the_step_of_the_report_is_the_shortened_one() {
 /// taken, though it is no smaller than expected from the errors. So it is if the residual is not defined at the last call, which samples the errors.
 #[test]
 fn a_start_within_rounding_is_not_changed() {
-    let options = NewtonOptions {
-        residual_tolerance: 0.0,
-        step_tolerance: 0.0,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_tolerances(0.0, 0.0);
     for (start, iterations, end, step) in [(1.0, 0, 0.0, 1e-9), (1.5, 2, -3e-9, 5e-9)] {
         for undefined in [
             usize::MAX,
@@ -364,10 +312,7 @@ fn a_start_within_rounding_is_not_changed() {
 /// residual.
 #[test]
 fn a_repeated_step_counts_its_residual() {
-    let options = NewtonOptions {
-        refactor: Refactor::WhenContractionAbove(0.5),
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default().with_refactor(Refactor::WhenContractionAbove(0.5));
     let mut scratch = NewtonScratch::default();
     let mut system = Scalar::new(|x| Ok(x * x - 1.0), |x| 2.0 * x);
     for (start, root, factorisations) in [(1.1, 1.0, 1), (-1.1, -1.0, 1)] {
@@ -433,13 +378,10 @@ fn the_error_of_a_hidden_direction_is_within_the_stated_one() {
             let b = 0.2 * 2f64.powi(n / 4 % 4);
             let start = [0.2, 0.2 * 0.1f64.powi(1 + n / 16)];
             for tolerance in [1e-4, 1e-6, 1e-8, 1e-10, 1e-12] {
-                let options = NewtonOptions {
-                    line_search,
-                    residual_tolerance: 0.0,
-                    step_tolerance: tolerance,
-                    refactor: Refactor::WhenContractionAbove(0.5),
-                    ..NewtonOptions::default()
-                };
+                let options = NewtonOptions::default()
+                    .with_line_search(line_search)
+                    .with_tolerances(0.0, tolerance)
+                    .with_refactor(Refactor::WhenContractionAbove(0.5));
                 let mut x = start;
                 let mut system = Hidden {
                     a,
@@ -464,11 +406,7 @@ fn reused_tangents_end_at_a_root_within_the_stated_error() {
     let exponential = || Scalar::new(|x: f64| Ok(x.exp() - x - 2.0), f64::exp_m1);
     let natural = NewtonOptions::default().line_search;
     // a step within the tolerance is not applied: it is the error
-    let loose = NewtonOptions {
-        residual_tolerance: 0.0,
-        step_tolerance: 1e-6,
-        ..NewtonOptions::default()
-    };
+    let loose = NewtonOptions::default().with_tolerances(0.0, 1e-6);
     let mut x = [1.146193220620583 + 1e-8];
     let report = newton(&mut exponential(), &mut x, &loose).unwrap();
     assert_eq!(report.iterations, 0);
@@ -477,14 +415,11 @@ fn reused_tangents_end_at_a_root_within_the_stated_error() {
     for line_search in [LineSearch::FullStep, natural] {
         for factor in [0.05, 0.5, 0.9] {
             for (residual, step) in [(1e-15, 1e-14), (0.0, 1e-10), (0.0, 1e-4)] {
-                let options = NewtonOptions {
-                    line_search,
-                    refactor: Refactor::WhenContractionAbove(factor),
-                    residual_tolerance: residual,
-                    step_tolerance: step,
-                    max_iterations: 100,
-                    ..NewtonOptions::default()
-                };
+                let options = NewtonOptions::default()
+                    .with_line_search(line_search)
+                    .with_refactor(Refactor::WhenContractionAbove(factor))
+                    .with_tolerances(residual, step)
+                    .with_max_iterations(100);
                 for start in (1..2000).step_by(7).map(|k| 1e-3 * f64::from(k)) {
                     let mut x = [start];
                     let Ok(report) = newton(&mut exponential(), &mut x, &options) else {

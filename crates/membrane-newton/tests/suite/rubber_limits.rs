@@ -55,11 +55,7 @@ fn a_limit_does_not_depend_on_the_tolerances() {
     for solver in &solvers(&disc)[1..4] {
         let most = limit(solve(solver, Control::Load(10.0)));
         for (residual, step) in [(1e-4, 1e-4), (1e-15, 1e-3), (1e-3, 1e-15), (0.1, 0.1)] {
-            let options = NewtonOptions {
-                residual_tolerance: residual,
-                step_tolerance: step,
-                ..NewtonOptions::default()
-            };
+            let options = NewtonOptions::default().with_tolerances(residual, step);
             let far = limit(solver.solve(Control::Load(10.0), &options));
             // that of the two searches for the same maximum
             assert!((far / most - 1.0).abs() < 1e-9, "{options:?}: {far} {most}");

@@ -34,19 +34,10 @@ fn a_walk_takes_as_many_steps_as_it_needs() {
     let steps = solved.report.load_steps;
     // a quarter, then twice as far each time, needs at least three
     assert!((3..30).contains(&steps), "{steps}");
-    let enough = NewtonOptions {
-        max_load_steps: steps,
-        ..options
-    };
+    let enough = options.with_max_load_steps(steps);
     assert_eq!(solver.solve(area, &enough), Ok(solved));
     for few in 1..steps {
-        let error = solver.solve(
-            area,
-            &NewtonOptions {
-                max_load_steps: few,
-                ..options
-            },
-        );
+        let error = solver.solve(area, &options.with_max_load_steps(few));
         let (NewtonError::OtherBranch { report } | NewtonError::LimitPoint { report, .. }) =
             error.unwrap_err()
         else {
@@ -80,11 +71,7 @@ fn a_disc_becomes_a_circle_directly() {
 fn the_step_that_meets_the_control_is_counted() {
     let solver = Solver::new(&disc(0.0), SPECTRAL).unwrap();
     for tolerance in [1e-5, 1e-7] {
-        let options = NewtonOptions {
-            residual_tolerance: tolerance,
-            step_tolerance: tolerance,
-            ..NewtonOptions::default()
-        };
+        let options = NewtonOptions::default().with_tolerances(tolerance, tolerance);
         let solved = solver.solve(Control::Volume(3.0), &options).unwrap();
         assert!((solved.measures.volume / 3.0 - 1.0).abs() < 1e-12);
         let report = solved.report;
@@ -124,11 +111,7 @@ fn a_flat_equilibrium_is_a_start() {
         assert_eq!(flat.measures.volume, 0.0);
         assert!(flat.report.iterations > 0);
         // the equilibrium has the rounding of the equations
-        let options = NewtonOptions {
-            residual_tolerance: 1e-15,
-            step_tolerance: 2.0 * flat.report.iteration_error,
-            ..options
-        };
+        let options = options.with_tolerances(1e-15, 2.0 * flat.report.iteration_error);
         let again = solver.solve_from(&flat, Control::Load(0.0), &options);
         let report = again.unwrap().report;
         assert_eq!(report.iterations, 0, "{report:?}");

@@ -88,26 +88,13 @@ impl ResidualSystem for Equations {
     }
 }
 
-fn options(random: &mut Random, tolerances: [f64; 2]) -> NewtonOptions {
-    let options = NewtonOptions {
-        residual_tolerance: tolerances[0],
-        step_tolerance: tolerances[1],
-        max_iterations: 60,
-        ..NewtonOptions::default()
+fn options(random: &mut Random) -> NewtonOptions {
+    let options = match random.integer(0, 2) {
+        0 => NewtonOptions::default(),
+        1 => NewtonOptions::default().with_line_search(LineSearch::FullStep),
+        _ => NewtonOptions::default().with_refactor(Refactor::WhenContractionAbove(0.05)),
     };
-    let line_search = LineSearch::FullStep;
-    let refactor = Refactor::WhenContractionAbove(0.05);
-    match random.integer(0, 2) {
-        0 => options,
-        1 => NewtonOptions {
-            line_search,
-            ..options
-        },
-        _ => NewtonOptions {
-            refactor,
-            ..options
-        },
-    }
+    options.with_max_iterations(60)
 }
 
 /// Rounding of a root of order one.
@@ -119,7 +106,7 @@ fn solved(
     tolerances: [f64; 2],
 ) -> Option<(Equations, Vec<f64>, NewtonReport)> {
     let (mut equations, mut x) = Equations::random(random);
-    let options = options(random, tolerances);
+    let options = options(random).with_tolerances(tolerances[0], tolerances[1]);
     let report = newton(&mut equations, &mut x, &options).ok()?;
     // d = -1 / bend is a root, too
     let other = equations.off(&x).amax() > 0.5;

@@ -241,11 +241,9 @@ fn membrane_newton_accepts_any_input() {
             back(Solver::new(&balloon(), spectral));
         }
     }
-    let options = NewtonOptions {
-        max_iterations: 8,
-        max_load_steps: 4,
-        ..NewtonOptions::default()
-    };
+    let options = NewtonOptions::default()
+        .with_max_iterations(8)
+        .with_max_load_steps(4);
     let (mut near, mut second) = (solvers[1].start(), solvers[2].start());
     near.intensity = f64::NAN;
     second.load = f64::INFINITY;
@@ -287,24 +285,10 @@ fn membrane_newton_accepts_any_input() {
                 }
             }
         }
-        let odd = NewtonOptions {
-            residual_tolerance: value,
-            step_tolerance: value,
-            ..NewtonOptions::default()
-        };
-        back(solvers[0].solve(
-            Control::VolumeGain(0.1),
-            &NewtonOptions {
-                max_iterations: 4,
-                ..odd
-            },
-        ));
+        let odd = NewtonOptions::default().with_tolerances(value, value);
+        back(solvers[0].solve(Control::VolumeGain(0.1), &odd.with_max_iterations(4)));
     }
-    let never = NewtonOptions {
-        max_iterations: 0,
-        max_load_steps: 0,
-        ..options
-    };
+    let never = options.with_max_iterations(0).with_max_load_steps(0);
     back(solvers[0].solve(Control::VolumeGain(0.1), &never));
     // Membranes in any order; a pair with exchanged parts and of different discretisations.
     for inner in &solvers {
@@ -422,17 +406,12 @@ fn membrane_implicit_accepts_any_input() {
                 }
             }
         }
-        let options = EvolvingOptions {
-            dt: value,
-            tolerance: value,
-            max_steps: 3,
-            ..EvolvingOptions::default()
-        };
+        let options = EvolvingOptions::default()
+            .with_dt(value)
+            .with_tolerance(value)
+            .with_max_steps(3);
         back(evolve(&balloon(), 5, 1.0, &options));
-        let few = EvolvingOptions {
-            max_steps: 2,
-            ..EvolvingOptions::default()
-        };
+        let few = EvolvingOptions::default().with_max_steps(2);
         if let Some(evolution) = back(evolve(&balloon(), 5, value, &few)) {
             let refused = evolution.distance_to(&[]);
             assert!(matches!(
@@ -477,11 +456,7 @@ fn membrane_options_and_reports_are_restored_from_files() {
     // without an iteration the step and the error are infinite
     let failed = solver.solve(
         Control::VolumeGain(0.3),
-        &NewtonOptions {
-            max_iterations: 0,
-            max_load_steps: 0,
-            ..options
-        },
+        &options.with_max_iterations(0).with_max_load_steps(0),
     );
     match failed {
         Err(NewtonError::NotConverged { report, .. }) => {
@@ -495,13 +470,7 @@ fn membrane_options_and_reports_are_restored_from_files() {
     let more = r#"{"line_search":{"Natural":{"max_halvings":3,"most":2}}}"#;
     assert!(serde_json::from_str::<NewtonOptions>(more).is_err());
     let few: NewtonOptions = serde_json::from_str(r#"{"max_iterations":7}"#).expect("options");
-    assert_eq!(
-        few,
-        NewtonOptions {
-            max_iterations: 7,
-            ..options
-        }
-    );
+    assert_eq!(few, options.with_max_iterations(7));
     assert!(serde_json::from_str::<NewtonOptions>(r#"{"iterations":7}"#).is_err());
     through_json(&EvolvingOptions::default());
     let body = Body::springs(&balloon(), 21).expect("nodes enough");
