@@ -1,54 +1,14 @@
-//! The continuous model: reference configuration, material, pressure law, fixed ends.
+//! The continuous model: reference configuration, stiffness, pressure law, fixed ends.
 
-use crate::error::{MembraneError, Result, finite, positive};
+use crate::error::{MembraneError, Result, finite};
 use crate::law::PressureLaw;
-use crate::profile::{Stiffness, Thickness};
+use crate::material::{Material, Rubber};
+use crate::profile::Stiffness;
 use crate::reference::{CurvePoint, ReferenceShape, check_sides};
-use crate::strain_energy::{RubberState, StrainEnergy};
+use crate::strain_energy::RubberState;
 
 /// Breakpoints that differ by less are one.
 pub(crate) const SAME: f64 = 1e-12;
-
-/// The material of a membrane.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Material {
-    /// The paper's springs: a force against the displacement, without hoop tension.
-    Springs {
-        /// lambda(s) between neighbours.
-        stiffness: Stiffness,
-        /// lambda_2(s) between second neighbours, if any.
-        second: Option<Stiffness>,
-    },
-    /// Rubber, with tensions along the meridian and around the axis.
-    Rubber(Rubber),
-}
-
-/// A sheet of incompressible rubber.
-#[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
-pub struct Rubber {
-    /// Strain energy.
-    pub energy: StrainEnergy,
-    /// Thickness in the reference configuration, cm.
-    pub thickness: Thickness,
-}
-
-impl Rubber {
-    /// Creates a sheet of strain energy `energy` and reference thickness `thickness` (cm).
-    ///
-    /// # Errors
-    /// Those of [`StrainEnergy::check`].
-    pub fn new(energy: StrainEnergy, thickness: Thickness) -> Result<Self> {
-        energy.check()?;
-        Ok(Self { energy, thickness })
-    }
-
-    /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.
-    pub(crate) fn radius(&self, y: f64, s: f64) -> Result<f64> {
-        let what = "distance of the reference curve of rubber from the axis";
-        positive(what, if s > 0.5 { -y } else { y })
-    }
-}
 
 /// An elastic membrane in the plane of its axis of revolution.
 ///

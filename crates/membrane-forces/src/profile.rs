@@ -1,15 +1,38 @@
 //! Positive quantities along the material coordinate: stiffness of springs, thickness of rubber.
 
+use std::marker::PhantomData;
 use std::sync::Arc;
 
 use crate::error::{MembraneError, Result, at_least, positive, rising};
 use crate::shared::Shared;
 
 /// Spring stiffness lambda(s): force per unit s and cm.
-pub type Stiffness = Profile<false>;
+pub type Stiffness = Profile<OfStiffness>;
 
 /// Thickness h(s) of rubber in its reference configuration, cm.
-pub type Thickness = Profile<true>;
+pub type Thickness = Profile<OfThickness>;
+
+/// A quantity of a [`Profile`].
+pub trait Quantity {
+    /// Its name in errors.
+    const NAME: &'static str;
+}
+
+/// Marks the profile of a stiffness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OfStiffness {}
+
+/// Marks the profile of a thickness.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum OfThickness {}
+
+impl Quantity for OfStiffness {
+    const NAME: &'static str = "stiffness";
+}
+
+impl Quantity for OfThickness {
+    const NAME: &'static str = "thickness";
+}
 
 /// A positive quantity along the material coordinate s in [0, 1]: a [`Thickness`] or a [`Stiffness`].
 ///
@@ -22,7 +45,10 @@ pub type Thickness = Profile<true>;
 /// let rubber = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Stiffness::UNIT);
 /// ```
 #[derive(Debug, Clone, PartialEq)]
-pub struct Profile<const IS_THICKNESS: bool>(Values);
+pub struct Profile<Q> {
+    values: Values,
+    quantity: PhantomData<fn() -> Q>,
+}
 
 type Function = dyn Fn(f64) -> f64 + Send + Sync;
 
@@ -36,21 +62,21 @@ enum Values {
     },
 }
 
-impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
+impl<Q> Profile<Q> {
     /// The value 1 everywhere.
-    pub const UNIT: Self = Self(Values::Constant(1.0));
+    pub const UNIT: Self = Self::of(Values::Constant(1.0));
 
-    /// The name of the quantity in errors.
-    const NAME: &str = if IS_THICKNESS {
-        "thickness"
-    } else {
-        "stiffness"
-    };
+    const fn of(values: Values) -> Self {
+        Self {
+            values,
+            quantity: PhantomData,
+        }
+    }
 
     /// Positions inside (0, 1) between which the profile is smooth.
     #[must_use]
     pub fn breakpoints(&self) -> Vec<f64> {
-        match &self.0 {
+        match &self.values {
             Values::Constant(_) => Vec::new(),
             Values::Samples(values) => {
                 let last = values.len() - 1;
@@ -59,13 +85,15 @@ impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
             Values::Function { breaks, .. } => breaks.clone(),
         }
     }
+}
 
+impl<Q: Quantity> Profile<Q> {
     /// Creates a constant profile.
     ///
     /// # Errors
     /// `value` not finite or not positive.
     pub fn constant(value: f64) -> Result<Self> {
-        Ok(Self(Values::Constant(positive(Self::NAME, value)?)))
+        Ok(Self::of(Values::Constant(positive(Q::NAME, value)?)))
     }
 
     /// Interpolates samples at equal steps from s = 0 to s = 1 linearly.
@@ -78,7 +106,7 @@ impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
         for (k, &value) in values.iter().enumerate() {
             Self::check(k as f64 / last, value)?;
         }
-        Ok(Self(Values::Samples(values.to_vec())))
+        Ok(Self::of(Values::Samples(values.to_vec())))
     }
 
     /// Creates a profile from a function of s, smooth between `breakpoints` (strictly ascending inside (0, 1)).
@@ -92,7 +120,7 @@ impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
         breakpoints: &[f64],
     ) -> Result<Self> {
         rising(breakpoints)?;
-        Ok(Self(Values::Function {
+        Ok(Self::of(Values::Function {
             breaks: breakpoints.to_vec(),
             value: Shared(Arc::new(value)),
         }))
@@ -103,7 +131,7 @@ impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
     /// # Errors
     /// The function gives a value that is not finite or not positive.
     pub fn at(&self, s: f64) -> Result<f64> {
-        match &self.0 {
+        match &self.values {
             Values::Constant(value) => Ok(*value),
             Values::Samples(values) => {
                 let last = values.len() - 1;
@@ -120,7 +148,7 @@ impl<const IS_THICKNESS: bool> Profile<IS_THICKNESS> {
         if given.is_finite() && given > 0.0 {
             Ok(given)
         } else {
-            let what = Self::NAME;
+            let what = Q::NAME;
             Err(MembraneError::BadProfile { what, s, given })
         }
     }

@@ -14,7 +14,7 @@ use std::sync::Arc;
 use crate::chebyshev::Reference;
 use crate::discrete::Elastic;
 use crate::error::{MembraneError, Result, finite};
-use crate::membrane::Rubber;
+use crate::material::Rubber;
 use crate::strain_energy::EnergyDerivatives;
 use crate::tangent::{Layout, Tangent, local_index};
 

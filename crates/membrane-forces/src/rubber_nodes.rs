@@ -4,8 +4,8 @@ use std::f64::consts::PI;
 
 use crate::discrete::Elastic;
 use crate::error::{MembraneError, Result};
+use crate::material::Rubber;
 use crate::measures::Measure;
-use crate::membrane::Rubber;
 use crate::nodes::Nodes;
 use crate::strain_energy::EnergyDerivatives;
 use crate::tangent::{Layout, Tangent};
