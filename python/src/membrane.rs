@@ -6,7 +6,7 @@ use crate::errors::Failure;
 use crate::recipe::{Recipe, Reduced};
 use crate::values::{Whole, named};
 use crate::work::work;
-use heart_phantom::membrane_forces::{self, Profile};
+use heart_phantom::membrane_forces::{self, Profile, Quantity};
 use heart_phantom::membrane_newton::{
     Control, Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, PressureLaw,
     ReferenceShape, Rubber, Solver,
@@ -87,10 +87,10 @@ fn only_with(what: &str, given: Option<&Bound<'_, PyAny>>, of: &str) -> PyResult
 }
 
 /// A number, or samples from one end to the other.
-fn profile<const IS_THICKNESS: bool>(
+fn profile<Q: Quantity>(
     what: &str,
     given: Option<&Bound<'_, PyAny>>,
-) -> Result<Profile<IS_THICKNESS>, Failure> {
+) -> Result<Profile<Q>, Failure> {
     let Some(given) = given else {
         return Ok(Profile::UNIT);
     };
