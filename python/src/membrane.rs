@@ -474,7 +474,7 @@ pub(crate) fn solve_pair(
     let (inner, outer) = (inner.get().membrane.clone(), outer.get().membrane.clone());
     let solved = work(py, None, move |_| {
         let pair = Pair::new(Solver::new(&inner, by)?, Solver::new(&outer, by)?)?;
-        pair.solve(Control::VolumeGain(volume_gain), &NewtonOptions::default())
+        pair.solve_gain(volume_gain, &NewtonOptions::default())
     })?;
     Ok(PyPairEquilibrium {
         pair: solved,

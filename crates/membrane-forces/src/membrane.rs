@@ -82,7 +82,7 @@ impl Membrane {
     /// use membrane_forces::{Material, Membrane, ReferenceShape, Rubber, StrainEnergy, Thickness};
     /// let latex = Rubber::new(StrainEnergy::NeoHookean { mu: 400.0 }, Thickness::constant(0.05)?)?;
     /// let balloon = Membrane::new(ReferenceShape::balloon(8.5, 1.75)?).with_rubber(latex);
-    /// assert!(matches!(balloon.material, Material::Rubber(_)));
+    /// assert!(matches!(balloon.material(), Material::Rubber(_)));
     /// # Ok::<(), membrane_forces::MembraneError>(())
     /// ```
     #[must_use]

@@ -35,12 +35,12 @@ use crate::springs::ElementSprings;
 pub struct SpectralElements {
     setting: Setting,
     pub(crate) reference: Arc<Reference>,
-    pub(crate) elements: Vec<Element>,
+    elements: Vec<Element>,
 }
 
 /// The part of a curve from s = `from` to `to`.
 #[derive(Debug, Clone)]
-pub(crate) struct Element {
+struct Element {
     from: f64,
     to: f64,
 }
@@ -146,6 +146,18 @@ impl SpectralElements {
             reference: reference.clone(),
             elements,
         })
+    }
+
+    /// Degree p of the polynomials.
+    #[must_use]
+    pub fn degree(&self) -> usize {
+        self.reference.nodes.len() - 1
+    }
+
+    /// Number of elements.
+    #[must_use]
+    pub fn n_elements(&self) -> usize {
+        self.elements.len()
     }
 
     fn piece(&self, nodes: &[f64], e: usize) -> CurvePiece {

@@ -30,7 +30,7 @@ impl SpectralElements {
     ) -> [f64; N] {
         let kinked = measures.iter().any(|measure| measure.has_kink());
         let mut sums = [0.0; N];
-        for e in 0..self.elements.len() {
+        for e in 0..self.n_elements() {
             let local = nodes[self.reference.window(e)].as_chunks::<2>().0;
             self.each_sample(local, kinked, |sample| {
                 let (c, d) = sample.at(local);
@@ -48,7 +48,7 @@ impl SpectralElements {
     }
 
     pub(crate) fn add_gradient(&self, measure: Measure, nodes: &[f64], out: &mut [f64]) {
-        for e in 0..self.elements.len() {
+        for e in 0..self.n_elements() {
             let window = self.reference.window(e);
             let local = nodes[window.clone()].as_chunks::<2>().0;
             let out = out[window].as_chunks_mut::<2>().0;

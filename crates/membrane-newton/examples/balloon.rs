@@ -30,7 +30,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
 
     // along the branch of equilibria, also past it
-    let rest = solver.start().measures.volume;
+    let rest = solver.start_measures().volume;
     println!("  V/V0   p, kPa   dp/dV    apex stretch   unstable at constant p, V");
     let mut solved = solver.solve(Control::Volume(1.2 * rest), &options)?;
     for k in 1..=10 {

@@ -15,12 +15,9 @@ use crate::solver::Solver;
 
 /// An inner and an outer membrane with constant volume between them.
 #[derive(Debug, Clone)]
-#[non_exhaustive]
 pub struct Pair {
-    /// The inner membrane.
-    pub inner: Solver,
-    /// The outer membrane.
-    pub outer: Solver,
+    inner: Solver,
+    outer: Solver,
 }
 
 /// Both membranes in equilibrium at the same wall volume as at the start.
@@ -92,10 +89,30 @@ impl Pair {
         Ok(wall_volume)
     }
 
+    /// The inner membrane.
+    #[must_use]
+    pub fn inner(&self) -> &Solver {
+        &self.inner
+    }
+
+    /// The outer membrane.
+    #[must_use]
+    pub fn outer(&self) -> &Solver {
+        &self.outer
+    }
+
     /// Volume between the membranes at the start, cm^3.
     #[must_use]
     pub fn wall_volume(&self) -> f64 {
-        self.outer.resolution.start.volume - self.inner.resolution.start.volume
+        self.outer.start_measures().volume - self.inner.start_measures().volume
+    }
+
+    /// Both shapes at a volume gain of the inner membrane, from the start.
+    ///
+    /// # Errors
+    /// As [`Solver::solve`].
+    pub fn solve_gain(&self, gain: f64, options: &NewtonOptions) -> Result<PairEquilibrium> {
+        self.solve(Control::VolumeGain(gain), options)
     }
 
     /// Both shapes under a control of the inner membrane, from the start.

@@ -86,8 +86,13 @@ impl Solver {
         Ok(Self { resolution })
     }
 
-    /// Returns the start, the reference configuration with its ends fixed, as an equilibrium without load (exact if the ends are fixed in the
-    /// reference configuration).
+    /// Returns the measures of the start: the reference configuration with its ends fixed.
+    #[must_use]
+    pub fn start_measures(&self) -> Measures {
+        self.resolution.start
+    }
+
+    /// Returns the start as an equilibrium without load (exact if the ends are fixed in the reference configuration).
     #[must_use]
     pub fn start(&self) -> Equilibrium {
         self.resolution

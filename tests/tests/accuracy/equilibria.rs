@@ -212,9 +212,7 @@ fn wall(random: &mut Random) -> Option<f64> {
     let starts = [&inner, &outer].map(|solver| volume(&solver.start().pieces()));
     let options = NewtonOptions::default().with_tolerances(1e-15, random.decades(-14.0, -4.0));
     let pair = Pair::new(inner, outer).ok()?;
-    let solved = pair
-        .solve(Control::VolumeGain(random.uniform(-0.2, 1.0)), &options)
-        .ok()?;
+    let solved = pair.solve_gain(random.uniform(-0.2, 1.0), &options).ok()?;
     let [inside, outside] = [&solved.inner, &solved.outer].map(|of| volume(&of.pieces()));
     let rest = starts[1] - starts[0];
     let error = (outside - inside) / rest - 1.0;

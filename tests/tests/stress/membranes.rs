@@ -24,7 +24,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
     let control = match random.integer(0, 3) {
         0 => Control::Load(random.decades(-3.0, 3.0) * unit),
         1 => Control::VolumeGain(random.uniform(-0.5, 20.0)),
-        2 => Control::Volume(solver.start().measures.volume * random.decades(-1.0, 1.0)),
+        2 => Control::Volume(solver.start_measures().volume * random.decades(-1.0, 1.0)),
         _ => Control::Intensity(random.decades(-3.0, 3.0) * unit),
     };
     let control = match control {
@@ -36,7 +36,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         return Outcome::Rejected;
     };
     check(&solved);
-    let start = solver.start().measures.volume;
+    let start = solver.start_measures().volume;
     let wanted = match control {
         Control::Volume(volume) => Some(volume),
         Control::VolumeGain(gain) => Some(start * (1.0 + gain)),
@@ -95,10 +95,7 @@ fn pair(random: &mut Random, inner: Solver, outer: Solver) -> Outcome {
         return Outcome::Rejected;
     };
     let gain = random.uniform(0.0, 3.0);
-    let Ok(solved) = pair.solve(
-        Control::VolumeGain(random.spoiled(gain)),
-        &NewtonOptions::default(),
-    ) else {
+    let Ok(solved) = pair.solve_gain(random.spoiled(gain), &NewtonOptions::default()) else {
         return Outcome::Rejected;
     };
     check(&solved.inner);

@@ -28,7 +28,7 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         assert!(spoiled, "an invalid membrane");
         return Outcome::Rejected;
     };
-    let start = problem.spectral.start().measures;
+    let start = problem.spectral.start_measures();
     let control = match random.one_in(2) {
         true => Control::Load(problem.pressure * random.decades(-3.0, 0.7)),
         // Each relative to its own start: the volume error of a polyline exceeds the smallest of these gains.
@@ -100,7 +100,7 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         }
         Control::VolumeGain(gain) => {
             for (solver, solved) in [(&problem.spectral, found), (&problem.differences, other)] {
-                let volume = (1.0 + gain) * solver.start().measures.volume;
+                let volume = (1.0 + gain) * solver.start_measures().volume;
                 assert!((solved.measures.volume / volume - 1.0).abs() < 1e-9);
             }
         }
@@ -191,7 +191,7 @@ fn is_largest(solver: &Solver, most: f64) {
 fn stretched_out(problem: &Problem, control: Control, solver: &Solver) {
     let value = |share: f64| match control {
         Control::Volume(volume) => {
-            let rest = solver.start().measures.volume;
+            let rest = solver.start_measures().volume;
             Control::Volume(rest + share * (volume - rest))
         }
         Control::VolumeGain(gain) => Control::VolumeGain(share * gain),

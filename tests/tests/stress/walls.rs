@@ -4,7 +4,7 @@ use crate::bodies::check_samples;
 use crate::{Outcome, with_threads};
 use heart_phantom::{MaterialPoint, Wall, WallRegion};
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
+    Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
 };
 use radon::{CountScale, poisson_counts};
 use revolve_voxel::nalgebra::{Point3, Vector3};
@@ -75,10 +75,7 @@ fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
     let gain = random.uniform(0.0, 1.5);
     let mut shape = |gain: f64| {
         let solved = pair
-            .solve(
-                Control::VolumeGain(random.spoiled(gain)),
-                &NewtonOptions::default(),
-            )
+            .solve_gain(random.spoiled(gain), &NewtonOptions::default())
             .ok()?;
         Wall::of(&solved, pose).ok()
     };

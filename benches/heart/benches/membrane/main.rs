@@ -142,12 +142,10 @@ fn rubber_gain(c: &mut Criterion) {
         b.iter(|| black_box(&inner).solve(Control::VolumeGain(GAIN), &options))
     });
     let pair = Pair::new(inner.clone(), rubber(2.75, spectral)).expect("the outer one is larger");
-    let solved = pair
-        .solve(Control::VolumeGain(GAIN), &options)
-        .expect("converges");
+    let solved = pair.solve_gain(GAIN, &options).expect("converges");
     assert!(solved.wall_volume_error.abs() < 1e-13);
     group.bench_function("pair-spectral", |b| {
-        b.iter(|| black_box(&pair).solve(Control::VolumeGain(GAIN), &options))
+        b.iter(|| black_box(&pair).solve_gain(GAIN, &options))
     });
     group.sample_size(10);
     for nodes in [201, 401, 801] {
@@ -195,12 +193,10 @@ fn membrane(c: &mut Criterion) {
         ),
     )
     .expect("the outer one is larger");
-    let solved = pair
-        .solve(Control::VolumeGain(GAIN), &options)
-        .expect("converges");
+    let solved = pair.solve_gain(GAIN, &options).expect("converges");
     assert!(solved.wall_volume_error.abs() < 1e-13);
     group.bench_function("pair-spectral", |b| {
-        b.iter(|| black_box(&pair).solve(Control::VolumeGain(GAIN), &options))
+        b.iter(|| black_box(&pair).solve_gain(GAIN, &options))
     });
     group.finish();
 

@@ -58,7 +58,7 @@ impl Descent {
         gain: f64,
     ) -> Result<PairEquilibrium, PhantomError> {
         let ring = self.at(gain);
-        let cavity = pair.inner.start().measures.volume;
+        let cavity = pair.inner().start_measures().volume;
         let wall = pair.wall_volume();
         let solved = |membrane: &Membrane, volume: f64, [ring, short]: [f64; 2]| {
             let solver = Solver::new(&shortened(membrane, ring, short)?, discretisation)?;

@@ -5,7 +5,7 @@ use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
 use crate::scene::exactly;
 use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
-use membrane_newton::{Control, NewtonOptions};
+use membrane_newton::NewtonOptions;
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
 use std::collections::BTreeMap;
@@ -138,9 +138,7 @@ pub(crate) fn bytes_of_defects(
     if pieces.is_empty() {
         return Ok(0);
     }
-    let pair = heart
-        .pair()
-        .solve(Control::VolumeGain(gain), &NewtonOptions::default())?;
+    let pair = heart.pair().solve_gain(gain, &NewtonOptions::default())?;
     let wall = Wall::polygonal(&pair, *heart.pose(), heart.tolerance())?;
     let cones = |layers, s| {
         let ring = wall.region(layers, s, tolerance_of(heart));

@@ -5,8 +5,8 @@ use super::shape::HeartShape;
 use super::shape_cache::ShapeCache;
 use crate::error::PhantomError;
 use membrane_newton::{
-    Control, Discretisation, Equilibrium, Membrane, NewtonError, NewtonOptions, Pair,
-    ReferenceShape, Rubber, Solver, Stiffness, StrainEnergy,
+    Discretisation, Equilibrium, Membrane, NewtonError, NewtonOptions, Pair, ReferenceShape,
+    Rubber, Solver, Stiffness, StrainEnergy,
 };
 use rayon::prelude::*;
 use revolve_voxel::{Body, Meridian, Piece, Pose};
@@ -287,14 +287,14 @@ impl Heart {
                 };
                 NODE_BYTES * curve.len() as f64 + CONE_BYTES * dilated * cones as f64
             };
-            (of(&self.pair.inner) + of(&self.pair.outer)) as usize
+            (of(self.pair.inner()) + of(self.pair.outer())) as usize
         })
     }
 
     /// Returns the reference length and radius of the heart, cm.
     pub(crate) fn reference_extent(&self) -> [f64; 2] {
         let most = |[x, r]: [f64; 2], [px, py]: [f64; 2]| [f64::max(x, px), f64::max(r, py)];
-        (self.pair.outer.start().points().into_iter()).fold([0.0; 2], most)
+        (self.pair.outer().start().points().into_iter()).fold([0.0; 2], most)
     }
 
     /// Reference length from the base to the outer apex, cm.
@@ -305,7 +305,7 @@ impl Heart {
 
     /// Returns the volume of the cavity in the discretised reference configuration, mL.
     pub(crate) fn reference_volume(&self) -> f64 {
-        self.pair.inner.start().measures.volume
+        self.pair.inner().start_measures().volume
     }
 
     /// Returns the pair of membrane solvers.
@@ -339,10 +339,7 @@ impl Heart {
                 let [inner, outer] = &self.membranes;
                 descent.solve([inner, outer], self.discretisation, &self.pair, gain)
             }
-            _ => (self
-                .pair
-                .solve(Control::VolumeGain(gain), &NewtonOptions::default()))
-            .map_err(Into::into),
+            _ => (self.pair.solve_gain(gain, &NewtonOptions::default())).map_err(Into::into),
         };
         let solution = pair.map_err(|error| match error {
             PhantomError::Membrane(NewtonError::Crossed { depth, x, r }) => {

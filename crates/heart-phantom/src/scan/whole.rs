@@ -103,7 +103,7 @@ impl Scan<'_> {
             (Some(_), Ok(from), Ok(to)) => (to - from).norm(),
             _ => 0.0,
         };
-        let volume = self.heart.pair().inner.start().measures.volume;
+        let volume = self.heart.pair().inner().start_measures().volume;
         let radius = (0.75 / PI * volume).cbrt();
         let (acquisition, cycle, camera) = (self.acquisition, self.cycle, self.camera);
         TimeRule::new(acquisition, cycle, camera, rotation, shift / radius)

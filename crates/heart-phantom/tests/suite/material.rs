@@ -2,7 +2,7 @@
 
 use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall, WallRegion};
 use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, ReferenceShape, Solver,
+    Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, ReferenceShape, Solver,
 };
 use proptest::prelude::*;
 use revolve_voxel::{Pose, RevolveError, VoxelGrid};
@@ -35,10 +35,7 @@ static SMOOTH: LazyLock<Vec<PairEquilibrium>> = LazyLock::new(|| {
     };
     let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
     GAINS
-        .map(|gain| {
-            pair.solve(Control::VolumeGain(gain), &NewtonOptions::default())
-                .unwrap()
-        })
+        .map(|gain| pair.solve_gain(gain, &NewtonOptions::default()).unwrap())
         .to_vec()
 });
 

@@ -3,9 +3,7 @@
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Vector3};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
 use heart_phantom::{GreenStrain, MaterialPoint, Twist, Wall};
-use membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver,
-};
+use membrane_newton::{Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver};
 use proptest::prelude::*;
 use std::f64::consts::PI;
 use std::sync::LazyLock;
@@ -24,9 +22,7 @@ static WALLS: LazyLock<[Wall; 2]> = LazyLock::new(|| {
     let pose = Pose::axis_along_z(5.6).unwrap().rotated_x(0.7).unwrap();
     let pose = pose.rotated_y(-0.4).unwrap();
     let of = |gain| {
-        let solved = pair
-            .solve(Control::VolumeGain(gain), &NewtonOptions::default())
-            .unwrap();
+        let solved = pair.solve_gain(gain, &NewtonOptions::default()).unwrap();
         Wall::of(&solved, pose).unwrap()
     };
     let rest = of(0.0);

@@ -180,7 +180,7 @@ fn views_of_a_custom_heart_contain_its_wall_and_its_defect() {
 fn a_custom_heart_follows_its_volume_curve() {
     for (discretisation, tolerance) in [(NODES, 0.0), (SPECTRAL, 1e-4)] {
         let (scene, heart) = own(discretisation, tolerance);
-        let rest = heart.pair().inner.start().measures.volume;
+        let rest = heart.pair().inner().start_measures().volume;
         let phantom = Phantom::with_heart(scene, heart).unwrap();
         let numbers = phantom.numbers().unwrap();
         assert!((numbers.edv / rest - 1.7).abs() < 1e-10);

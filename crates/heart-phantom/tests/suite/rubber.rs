@@ -2,8 +2,7 @@
 
 use heart_phantom::membrane_forces::StrainEnergy;
 use heart_phantom::membrane_newton::{
-    Control, Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver,
-    Thickness,
+    Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Rubber, Solver, Thickness,
 };
 use heart_phantom::scene::{DiscretisationSettings, MaterialSettings};
 use heart_phantom::{MMHG_PER_KPA, Mode, Phantom, PhantomError, Scene, no_observer, run};
@@ -201,9 +200,7 @@ fn pressures_equal_those_of_the_membranes() {
         let pair = Pair::new(solver(1.75), solver(2.75)).unwrap();
         let options = NewtonOptions::default();
         for report in phantom.phase_reports().unwrap() {
-            let solved = pair
-                .solve(Control::VolumeGain(report.gain), &options)
-                .unwrap();
+            let solved = pair.solve_gain(report.gain, &options).unwrap();
             let kpa = [solved.inner.intensity, solved.outer.intensity];
             assert_eq!([report.f_inner, report.f_outer], kpa);
             let mmhg = kpa.map(|kpa| kpa * 1000.0 / 133.322387415);

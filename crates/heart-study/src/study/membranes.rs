@@ -39,7 +39,7 @@ pub(super) struct DirectStudy {
 pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError> {
     let pair = run.phantom.heart().pair();
     let measure = |solver: &Solver, balloon: Balloon| -> Result<_, PhantomError> {
-        let discrete = solver.start().measures;
+        let discrete = solver.start_measures();
         let exact =
             LinearEquilibrium::balloon(balloon.length, balloon.radius, 0.0, 1.0)?.measures();
         Ok(report::ReferenceShape {
@@ -52,8 +52,8 @@ pub(super) fn reference(run: &Run<'_>) -> Result<report::Reference, PhantomError
         })
     };
     Ok(report::Reference {
-        inner: measure(&pair.inner, Balloon::INNER)?,
-        outer: measure(&pair.outer, Balloon::OUTER)?,
+        inner: measure(pair.inner(), Balloon::INNER)?,
+        outer: measure(pair.outer(), Balloon::OUTER)?,
     })
 }
 
@@ -63,7 +63,7 @@ pub(super) fn direct(run: &Run<'_>) -> Result<DirectStudy, PhantomError> {
     let dilated = run.phantom.heart().shapes(&[run.options.gain])?.remove(0);
     let solution = dilated.solution();
     let limit = limit(run.options.gain)?;
-    let inner = &run.phantom.heart().pair().inner;
+    let inner = run.phantom.heart().pair().inner();
     let family = PRESSURES
         .iter()
         .map(|&load| inner.solve(Control::Intensity(load), &options))
@@ -98,7 +98,7 @@ fn limit(gain: f64) -> Result<report::Limit, PhantomError> {
         Ok(Solver::new(&balloon.membrane()?, LIMIT)?)
     };
     let pair = Pair::new(solver(Balloon::INNER)?, solver(Balloon::OUTER)?)?;
-    let solution = pair.solve(Control::VolumeGain(gain), &NewtonOptions::default())?;
+    let solution = pair.solve_gain(gain, &NewtonOptions::default())?;
     Ok(report::Limit {
         f_inner: solution.inner.intensity,
         f_outer: solution.outer.intensity,

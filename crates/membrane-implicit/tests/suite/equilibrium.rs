@@ -96,7 +96,7 @@ fn check(p: &Problem) -> Result<(), TestCaseError> {
             20.0
         };
     let gain = 0.8 * p.load;
-    let surface = solver(&inner).start().measures.surface;
+    let surface = solver(&inner).start_measures().surface;
     let total = f
         * surface
         * if p.law == PressureLaw::PerCurrentLength {

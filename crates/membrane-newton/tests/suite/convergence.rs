@@ -68,7 +68,7 @@ fn large_tolerances_meet_the_control() {
     ] {
         let solver = solver(&balloon(1.0), discretisation);
         for gain in [0.05, 0.2, 0.6, 2.0, 20.0] {
-            let volume = solver.start().measures.volume * (1.0 + gain);
+            let volume = solver.start_measures().volume * (1.0 + gain);
             for tolerance in [0.1, 1e-2, 1e-3, 1e-5, 1e-8] {
                 for line_search in [NewtonOptions::default().line_search, LineSearch::FullStep] {
                     let options = NewtonOptions::default()
@@ -115,10 +115,7 @@ fn golden_counters_of_the_reference_problems() {
     };
     let outer = Membrane::new(ReferenceShape::balloon(8.5, 2.75).unwrap());
     let pair = Pair::new(solver(&balloon(1.0), spectral), solver(&outer, spectral)).unwrap();
-    let report = pair
-        .solve(Control::VolumeGain(0.6), &options)
-        .unwrap()
-        .report;
+    let report = pair.solve_gain(0.6, &options).unwrap().report;
     assert_eq!(
         (
             report.iterations,

@@ -66,7 +66,7 @@ fn the_half_curve_has_the_solution_of_the_whole() {
                 }
                 let solver = Solver::new(&membrane, Discretisation::FiniteDifferences { nodes });
                 let half = solver.unwrap();
-                let wanted = 1.6 * half.start().measures.volume;
+                let wanted = 1.6 * half.start_measures().volume;
                 let half = half
                     .solve(Control::VolumeGain(0.6), &NewtonOptions::default())
                     .unwrap();

@@ -184,7 +184,7 @@ fn check(case: &Case) -> Result<(), TestCaseError> {
         Err(NewtonError::Unresolved { .. }) => return Ok(()),
         Err(error) => return Err(TestCaseError::fail(format!("{case:?}: {error}"))),
     };
-    let start = solver.start().measures;
+    let start = solver.start_measures();
     let control = case.control(&start);
     let found = match solver.solve(control, &NewtonOptions::default()) {
         Ok(found) => found,

@@ -28,7 +28,7 @@ fn the_pressure_of_the_cavity_is_that_of_its_work() {
     )
     .unwrap();
     let options = NewtonOptions::default();
-    let here = pair.solve(Control::VolumeGain(0.5), &options).unwrap();
+    let here = pair.solve_gain(0.5, &options).unwrap();
     let volume = here.inner.measures.volume;
     let step = 1e-3 * volume;
     let energy = |volume| {
@@ -76,9 +76,7 @@ fn membranes_of_a_pair_may_share_their_ends() {
     .unwrap();
     // half the volume of an ellipsoid
     assert!((pair.wall_volume() / (PI / 3.0) - 1.0).abs() < 1e-9);
-    let solved = pair
-        .solve(Control::VolumeGain(0.1), &NewtonOptions::default())
-        .unwrap();
+    let solved = pair.solve_gain(0.1, &NewtonOptions::default()).unwrap();
     assert!(solved.wall_volume_error.abs() < 1e-12);
 }
 

@@ -225,14 +225,14 @@ fn a_long_tube_is_that_of_the_closed_form() {
 fn solves_start_from_the_reference_configuration() {
     for (membrane, degree) in [(balloon(), 24), (disc(), 24)] {
         for solver in [spectral(&membrane, degree, 1), differences(&membrane, 101)] {
-            let unit = if solver.start().measures.volume > 0.0 {
+            let unit = if solver.start_measures().volume > 0.0 {
                 93.0
             } else {
                 1.0
             };
             let mut last = 0.0;
             for gain in [1e-6, 1e-4, 1e-2, 0.1, 0.5] {
-                let volume = solver.start().measures.volume + unit * gain;
+                let volume = solver.start_measures().volume + unit * gain;
                 let solved = solve(&solver, Control::Volume(volume));
                 assert!((solved.measures.volume / volume - 1.0).abs() < 1e-12);
                 // the disc's pressure scales with the cube of its volume: at 1e-4 it is rounding compared with its stiffness
@@ -268,7 +268,7 @@ fn the_limit_pressure_is_exact_to_rounding() {
             panic!("{found:?}");
         };
         // the slow reference: volumes increasingly near the zero of dp/dV
-        let rest = solver.start().measures.volume;
+        let rest = solver.start_measures().volume;
         let unit = if rest > 0.0 { rest } else { 1.0 };
         let mut here = solve(&solver, Control::Volume(rest + 0.3 * unit));
         let slope = |at: &Equilibrium| at.sensitivity(Control::Volume(1.0)).unwrap().intensity;
@@ -337,7 +337,7 @@ fn a_pair_of_rubber_preserves_its_wall_volume() {
     let pair = Pair::new(spectral(&balloon(), 20, 1), spectral(&outer, 20, 1)).unwrap();
     let options = NewtonOptions::default();
     for gain in [0.01, 0.3, 0.6] {
-        let solved = pair.solve(Control::VolumeGain(gain), &options).unwrap();
+        let solved = pair.solve_gain(gain, &options).unwrap();
         assert!(
             solved.wall_volume_error.abs() < 1e-13,
             "{:e}",

@@ -105,9 +105,8 @@ fn sensitivities_of_a_pair_are_the_derivatives_of_its_solves() {
 
 /// Returns the tangent as one dense matrix: blocks at their nodes, the band at the ends of blocks.
 fn assembled(elements: &SpectralElements, nodes: &[f64], intensity: f64) -> DMatrix<f64> {
-    let n = nodes.len();
+    let (p, n) = (elements.degree(), nodes.len());
     let mut tangent = elements.tangent();
-    let p = tangent.blocks[0].len().isqrt() / 2 - 1;
     elements
         .tangent_into(nodes, intensity, &mut tangent)
         .unwrap();
@@ -175,7 +174,7 @@ fn sensitivities_of_elements_equal_a_dense_lu() {
                     matrix[(k, n)] = column[k];
                     matrix[(n, k)] = row[k];
                 }
-                let volume = solver.start().measures.volume;
+                let volume = solver.start_measures().volume;
                 let rate = DVector::from_fn(n + 1, |i, _| if i == n { volume } else { 0.0 });
                 let dense = matrix.clone().lu().solve(&rate).unwrap();
                 let found = solved.sensitivity(control).unwrap();

@@ -307,7 +307,7 @@ fn past_extension_is_one_error_from_the_reference_and_along_a_branch() {
     for jm in [2.0, 5.0] {
         let gent = of(balloon.clone(), StrainEnergy::Gent { mu: 1.0, jm });
         for solver in solvers(&gent) {
-            let rest = solver.start().measures.volume;
+            let rest = solver.start_measures().volume;
             for far in [21.0, 60.0] {
                 let at_once = solver.solve(Control::Volume(far * rest), &options);
                 let branch = along(&solver, &[1.5 * rest, 2.0 * rest, far * rest]);

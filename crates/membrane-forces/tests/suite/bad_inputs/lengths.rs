@@ -78,7 +78,7 @@ fn results_of_another_length_are_rejected() {
     }
     let spectral = SpectralElements::new(&membrane, 6, 2).unwrap();
     let mut state = spectral.start().to_vec();
-    let (elements, numbers) = (spectral.tangent().blocks.len(), state.len());
+    let (elements, numbers) = (spectral.n_elements(), state.len());
     let rows = 2 * (elements + 1);
     let mut tangent = d.tangent();
     let other = spectral.tangent_into(&state, 1.0, &mut tangent);
