@@ -306,8 +306,8 @@ impl PyMembrane {
     }
 
     fn __repr__(&self) -> String {
-        let rest = self.membrane.reference.at(0.5).position[0];
-        let made_of = match &self.membrane.material {
+        let rest = self.membrane.reference().at(0.5).position[0];
+        let made_of = match self.membrane.material() {
             membrane_forces::Material::Springs { .. } => "springs",
             membrane_forces::Material::Rubber(_) => "rubber",
         };

@@ -79,7 +79,7 @@ impl FiniteDifferences {
         let positions = uniform(n_nodes);
         let mut rest = Vec::with_capacity(2 * n_nodes);
         for &s in &positions {
-            for value in membrane.reference.at(s).position {
+            for value in membrane.reference().at(s).position {
                 rest.push(finite("reference curve", value)?);
             }
         }
@@ -90,10 +90,10 @@ impl FiniteDifferences {
         let mut start = rest.clone();
         membrane.hold_ends(positions.into_iter().zip(start.as_chunks_mut::<2>().0));
         let mirrored = is_mirrored(&rest) && is_mirrored(&start);
-        let (nodes, elastic): (Nodes, Arc<dyn Elastic>) = match &membrane.material {
+        let (nodes, elastic): (Nodes, Arc<dyn Elastic>) = match membrane.material() {
             Material::Springs { stiffness, second } => {
                 let stiffness = (stiffness, second.as_ref());
-                let mut springs = NodeSprings::new(membrane.law, stiffness, &rest)?;
+                let mut springs = NodeSprings::new(membrane.law(), stiffness, &rest)?;
                 if half && mirrored && springs.is_mirrored() {
                     springs = springs.half();
                 }
@@ -165,7 +165,7 @@ impl DiscreteMembrane for FiniteDifferences {
         let last = self.n_nodes() - 1;
         let n = ((s * last as f64) as usize).min(last - 1);
         let (ds, t) = (self.ds(), s * last as f64 - n as f64);
-        let (all, shape) = (self.setting.nodes, &self.setting.membrane.reference);
+        let (all, shape) = (self.setting.nodes, self.setting.membrane().reference());
         let mut out = shape.at(s);
         for k in 0..2 {
             let u = |m: usize| all.node(nodes, m)[k] - shape.at(m as f64 * ds).position[k];

@@ -50,14 +50,9 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
     /// Properties that do not depend on the discretisation.
     fn setting(&self) -> &Setting;
 
-    /// The discretised membrane.
-    fn membrane(&self) -> &Membrane {
-        &self.setting().membrane
-    }
-
     /// Pressure law of the membrane.
     fn law(&self) -> PressureLaw {
-        self.membrane().law
+        self.setting().membrane.law()
     }
 
     /// Reference configuration moved to the fixed ends ([`Membrane::with_ends`]): the initial state of solvers.
@@ -87,7 +82,7 @@ pub trait DiscreteMembrane: Debug + Send + Sync {
 
     /// Intensity that moves a membrane of this length by about that length.
     fn intensity_scale(&self, length: f64) -> f64 {
-        match &self.membrane().material {
+        match self.setting().membrane.material() {
             Material::Springs { .. } => self.law().intensity_scale(self.stiffness_scale(), length),
             // of a sphere of this meridian, some stiffness over its radius
             Material::Rubber(_) => PI * self.stiffness_scale() / length,
@@ -301,7 +296,7 @@ pub(crate) trait Elastic: Debug + Send + Sync {
 /// The properties of a discretised membrane that do not depend on the discretisation; the methods of [`DiscreteMembrane`] document each.
 #[derive(Debug, Clone)]
 pub struct Setting {
-    pub(crate) membrane: Membrane,
+    membrane: Membrane,
     pub(crate) nodes: Nodes,
     start: Vec<f64>,
     fixed: Vec<usize>,
@@ -311,6 +306,12 @@ pub struct Setting {
 }
 
 impl Setting {
+    /// Returns the discretised membrane.
+    #[must_use]
+    pub fn membrane(&self) -> &Membrane {
+        &self.membrane
+    }
+
     /// Collects the properties of `membrane`, with its start at all or at more `nodes`.
     pub(crate) fn new(
         membrane: &Membrane,
@@ -326,7 +327,7 @@ impl Setting {
             (true, true) => fixed.push(last),
             (true, false) => (),
         }
-        let blows_up = membrane.law.blows_up();
+        let blows_up = membrane.law().blows_up();
         Self {
             membrane: membrane.clone(),
             nodes,

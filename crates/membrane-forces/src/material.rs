@@ -20,12 +20,9 @@ pub enum Material {
 
 /// A sheet of incompressible rubber.
 #[derive(Debug, Clone, PartialEq)]
-#[non_exhaustive]
 pub struct Rubber {
-    /// Strain energy.
-    pub energy: StrainEnergy,
-    /// Thickness in the reference configuration, cm.
-    pub thickness: Thickness,
+    pub(crate) energy: StrainEnergy,
+    pub(crate) thickness: Thickness,
 }
 
 impl Rubber {
@@ -36,6 +33,18 @@ impl Rubber {
     pub fn new(energy: StrainEnergy, thickness: Thickness) -> Result<Self> {
         energy.check()?;
         Ok(Self { energy, thickness })
+    }
+
+    /// Returns the strain energy.
+    #[must_use]
+    pub fn energy(&self) -> &StrainEnergy {
+        &self.energy
+    }
+
+    /// Returns the reference thickness.
+    #[must_use]
+    pub fn thickness(&self) -> &Thickness {
+        &self.thickness
     }
 
     /// The distance from the axis of a reference curve that is at `y` at `s`; only the apex is on the axis.

@@ -22,22 +22,19 @@ pub(crate) const SAME: f64 = 1e-12;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Membrane {
-    /// Reference configuration c0(s).
-    pub reference: ReferenceShape,
-    /// Springs or rubber.
-    pub material: Material,
-    /// Pressure law.
-    pub law: PressureLaw,
+    rest: ReferenceShape,
+    material: Material,
+    law: PressureLaw,
     ends: [[f64; 2]; 2],
 }
 
 impl Membrane {
     /// Creates a membrane with stiffness 1, no second neighbours, force per material length, and ends fixed in the reference configuration.
     #[must_use]
-    pub fn new(reference: ReferenceShape) -> Self {
-        let ends = [0.0, 1.0].map(|s| reference.at(s).position);
+    pub fn new(rest: ReferenceShape) -> Self {
+        let ends = [rest.at(0.0).position, rest.at(1.0).position];
         Self {
-            reference,
+            rest,
             material: Material::Springs {
                 stiffness: Stiffness::UNIT,
                 second: None,
@@ -112,7 +109,7 @@ impl Membrane {
             finite("fixed end", *value)?;
         }
         self.ends = ends;
-        let rest = [0.0, 1.0].map(|s| self.reference.at(s).position);
+        let rest = [0.0, 1.0].map(|s| self.rest.at(s).position);
         let distance = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]);
         let off = distance(ends[0], rest[1]) + distance(ends[1], rest[0]);
         if off < 0.1 * distance(rest[0], rest[1]) {
@@ -124,7 +121,7 @@ impl Membrane {
 
     /// Moves reference positions at s by the displacement of the ends.
     pub(crate) fn hold_ends<'a>(&self, nodes: impl Iterator<Item = (f64, &'a mut [f64; 2])>) {
-        let rest = [0.0, 1.0].map(|s| self.reference.at(s).position);
+        let rest = [self.rest.at(0.0).position, self.rest.at(1.0).position];
         let moved = |end: usize, k: usize| self.ends[end][k] - rest[end][k];
         for (s, node) in nodes {
             for k in 0..2 {
@@ -137,6 +134,18 @@ impl Membrane {
                 *node = self.ends[1];
             }
         }
+    }
+
+    /// Returns the reference configuration c0(s).
+    #[must_use]
+    pub fn reference(&self) -> &ReferenceShape {
+        &self.rest
+    }
+
+    /// Returns the material.
+    #[must_use]
+    pub fn material(&self) -> &Material {
+        &self.material
     }
 
     /// Returns lambda(s) + 4 lambda_2(s), the stiffness of springs in the limit of fine meshes.
@@ -166,7 +175,7 @@ impl Membrane {
             let (what, needs) = ("stretches", "rubber");
             return Err(MembraneError::OtherMaterial { what, needs });
         };
-        let rest = self.reference.at(s.clamp(0.0, 1.0));
+        let rest = self.rest.at(s.clamp(0.0, 1.0));
         let speed = |point: &CurvePoint| point.first[0].hypot(point.first[1]);
         let l1 = speed(here) / speed(&rest);
         // the apex of a mirror-symmetric curve is on the axis; sine and cosine have rounding errors
@@ -174,8 +183,8 @@ impl Membrane {
             0.5 => l1,
             _ => here.position[1] / rest.position[1],
         };
-        let [w1, w2] = rubber.energy.at(l1, l2)?.by;
-        let thickness = rubber.thickness.at(s.clamp(0.0, 1.0))?;
+        let [w1, w2] = rubber.energy().at(l1, l2)?.by;
+        let thickness = rubber.thickness().at(s.clamp(0.0, 1.0))?;
         Ok(RubberState {
             stretches: [l1, l2, 1.0 / (l1 * l2)],
             tensions: [thickness * w1 / l2, thickness * w2 / l1],
@@ -196,7 +205,7 @@ impl Membrane {
 
     /// Returns the points at which reference configuration or stiffness is not smooth, on [0, 1] or, cut at the apex, on [0, 1/2].
     pub(crate) fn breakpoints(&self, half: bool) -> Vec<f64> {
-        let mut all = self.reference.breakpoints().to_vec();
+        let mut all = self.rest.breakpoints().to_vec();
         match &self.material {
             Material::Springs { stiffness, second } => {
                 all.extend(stiffness.breakpoints());
@@ -204,7 +213,7 @@ impl Membrane {
                     all.extend(second.breakpoints());
                 }
             }
-            Material::Rubber(rubber) => all.extend(rubber.thickness.breakpoints()),
+            Material::Rubber(rubber) => all.extend(rubber.thickness().breakpoints()),
         }
         if half {
             all.retain(|&b| b < 0.5);
@@ -224,6 +233,12 @@ impl Membrane {
             *last = if half { 0.5 } else { 1.0 };
         }
         all
+    }
+
+    /// Returns the pressure law.
+    #[must_use]
+    pub fn law(&self) -> PressureLaw {
+        self.law
     }
 
     /// Returns the positions [x, y] at which s = 0 and s = 1 are fixed.

@@ -81,7 +81,7 @@ impl SpectralElements {
         membrane.check_law()?;
         let reference = Arc::new(Reference::new(degree));
         let whole = Self::on(membrane, &reference, per_piece, false)?;
-        match (whole.is_symmetric(), &membrane.material) {
+        match (whole.is_symmetric(), membrane.material()) {
             (true, _) => Self::on(membrane, &reference, per_piece, true),
             (false, Material::Springs { .. }) => Ok(whole),
             (false, Material::Rubber(_)) => Err(MembraneError::NotMirrored),
@@ -106,10 +106,10 @@ impl SpectralElements {
                 });
             }
         }
-        let curve = &membrane.reference;
+        let curve = membrane.reference();
         let mut start = vec![[0.0; 2]; elements.len() * (reference.nodes.len() - 1) + 1];
-        let mut springs = ElementSprings::new(membrane.law, reference.clone(), half);
-        let mut energy = match &membrane.material {
+        let mut springs = ElementSprings::new(membrane.law(), reference.clone(), half);
+        let mut energy = match membrane.material() {
             Material::Springs { .. } => None,
             Material::Rubber(rubber) => Some(RubberEnergy::new(rubber, reference.clone())),
         };

@@ -64,7 +64,7 @@ impl Body {
     /// Fewer than three nodes, a stiffness that is not positive, coinciding nodes, positions beyond 1e100 cm; a membrane of rubber.
     pub fn springs(membrane: &Membrane, n_nodes: usize) -> Result<Self> {
         let discrete = FiniteDifferences::new(membrane, n_nodes)?;
-        match membrane.material {
+        match membrane.material() {
             Material::Springs { .. } => {
                 let volumes = vec![1.0; discrete.start().len()];
                 let weight = discrete.ds();
@@ -169,7 +169,7 @@ impl Body {
     }
 
     pub(crate) fn material(&self) -> &Material {
-        &self.discrete.membrane().material
+        self.discrete.setting().membrane().material()
     }
 
     /// Damping of a velocity, a force divided by the node's volume.

@@ -96,7 +96,7 @@ impl Answer {
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
     positive("mass", body.mass)?;
     MembraneError::within("damping", body.damping, 0.0, f64::MAX)?;
-    match scheme.unsupported(load, body.discrete.membrane()) {
+    match scheme.unsupported(load, body.discrete.setting().membrane()) {
         None => Ok(()),
         Some(what) => Err(ImplicitError::Unsupported { scheme, what }),
     }

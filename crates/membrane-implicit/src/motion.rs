@@ -191,8 +191,8 @@ impl Motion {
     /// [`MembraneError::OtherMaterial`] for rubber; a stiffness that is not positive at a spring. The motion is then unchanged.
     pub fn set_stiffness(&mut self, stiffness: Stiffness) -> Result<()> {
         let body = &self.inner.body;
-        let membrane = body.discrete.membrane();
-        if let Material::Rubber(_) = membrane.material {
+        let membrane = body.discrete.setting().membrane();
+        if let Material::Rubber(_) = membrane.material() {
             let (what, needs) = ("stiffness", "springs");
             return Err(MembraneError::OtherMaterial { what, needs }.into());
         }

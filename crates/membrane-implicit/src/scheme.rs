@@ -103,7 +103,7 @@ impl Scheme {
 
     /// Returns the part of a problem with this load and membrane that the scheme does not support.
     pub(crate) fn unsupported(self, load: LoadKind, of: &Membrane) -> Option<&'static str> {
-        match (&of.material, load) {
+        match (of.material(), load) {
             (Material::Rubber(_), _) if self != Self::Midpoint => Some("rubber"),
             (Material::Rubber(_), LoadKind::TotalForce) => Some("a total force on rubber"),
             (Material::Springs { .. }, LoadKind::Volume) if self.is_splitting() => {
@@ -113,7 +113,7 @@ impl Scheme {
                 Some("a load that depends on the state")
             }
             (Material::Springs { .. }, LoadKind::Intensity | LoadKind::Feedback)
-                if of.law.is_total_force() =>
+                if of.law().is_total_force() =>
             {
                 Some("an intensity under PressureLaw::TotalForce, whose load is Load::total_force")
             }

@@ -102,7 +102,7 @@ impl Equilibrium {
     /// The membrane.
     #[must_use]
     pub fn membrane(&self) -> &Membrane {
-        self.resolution.discrete.membrane()
+        self.resolution.discrete.setting().membrane()
     }
 
     /// Nodes [x, y] of the discretisation from s = 0 to s = 1, cm.

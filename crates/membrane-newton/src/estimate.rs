@@ -72,7 +72,7 @@ impl Equilibrium {
             let [a, b] = ends.map(|end| end.first[1].atan2(end.first[0]));
             (a - b).sin().abs() > CORNER
         };
-        let is_rubber = matches!(self.membrane().material, Material::Rubber(_));
+        let is_rubber = matches!(self.membrane().material(), Material::Rubber(_));
         if is_rubber && exact.start().pieces().windows(2).any(corner) {
             return None;
         }

@@ -25,8 +25,8 @@ const SMALL_INTENSITY: f64 = 1e-7;
 impl Resolution {
     /// Whether this is flat rubber without tension in the reference configuration.
     pub(crate) fn is_slack_sheet(&self) -> bool {
-        let membrane = self.discrete.membrane();
-        let rest = [0.0, 1.0].map(|s| membrane.reference.at(s).position);
+        let membrane = self.discrete.setting().membrane();
+        let rest = [0.0, 1.0].map(|s| membrane.reference().at(s).position);
         let points = self.discrete.start().as_chunks::<2>().0;
         match self.route() {
             Route::Raise => false,

@@ -61,7 +61,7 @@ impl Pair {
     /// [`NewtonError::MixedPair`]; [`NewtonError::NotEnclosed`].
     pub fn check(inner: &dyn DiscreteMembrane, outer: &dyn DiscreteMembrane) -> Result<f64> {
         let both = [inner, outer];
-        let membranes = both.map(|discrete| discrete.membrane());
+        let membranes = both.map(|discrete| discrete.setting().membrane());
         let kinds = membranes.map(kind);
         if kinds[0] != kinds[1] {
             let [inner, outer] = kinds;
@@ -146,7 +146,7 @@ impl Pair {
 
 /// Names the material and the kind of load, which define the unit of the intensity.
 fn kind(membrane: &Membrane) -> &'static str {
-    match (&membrane.material, membrane.law) {
+    match (membrane.material(), membrane.law()) {
         (Material::Rubber(_), _) => "rubber under a pressure",
         (Material::Springs { .. }, PressureLaw::PerCurrentLength) => "springs under a pressure",
         (Material::Springs { .. }, PressureLaw::PerMaterialLength | PressureLaw::TotalForce) => {

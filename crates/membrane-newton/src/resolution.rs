@@ -81,7 +81,7 @@ impl Resolution {
         let pieces = discrete.pieces(discrete.start())?;
         Ok(Self {
             start: discrete.measures(discrete.start())?.finite()?,
-            profile: Sampled::new(discrete.membrane(), &pieces)?,
+            profile: Sampled::new(discrete.setting().membrane(), &pieces)?,
             discrete: Box::new(discrete),
             adaptive,
             coarse: None,
@@ -91,7 +91,7 @@ impl Resolution {
     /// Returns the next finer one, made at the first request; `None` beyond the finest, without a tolerance, or if memory does not suffice.
     pub(crate) fn finer(&self) -> Option<Result<Arc<Self>>> {
         let adaptive = self.adaptive.as_ref().filter(|a| a.level < LAST_LEVEL)?;
-        let membrane = self.discrete.membrane();
+        let membrane = self.discrete.setting().membrane();
         let made = || Self::step(membrane, adaptive.tolerance, adaptive.level + 1).map(Arc::new);
         match adaptive.finer.get_or_init(made).clone() {
             Err(MembraneError::TooMany { .. }) => None,
@@ -190,9 +190,9 @@ pub(crate) struct Sampled {
 
 impl Sampled {
     fn new(membrane: &Membrane, pieces: &[CurvePiece]) -> Result<Self, MembraneError> {
-        let profile = |s: f64| match &membrane.material {
+        let profile = |s: f64| match membrane.material() {
             Material::Springs { .. } => membrane.effective_stiffness(s),
-            Material::Rubber(rubber) => rubber.thickness.at(s),
+            Material::Rubber(rubber) => rubber.thickness().at(s),
         };
         let (mut error, mut range) = (0.0, [f64::INFINITY, 0.0f64]);
         for piece in pieces {
@@ -217,7 +217,7 @@ impl Sampled {
         }
         Ok(Self {
             error,
-            contrast: match &membrane.material {
+            contrast: match membrane.material() {
                 Material::Springs { .. } if !pieces.is_empty() => range[1] / range[0],
                 _ => 1.0,
             },

@@ -16,7 +16,7 @@ const LEAST_COARSE: usize = 6;
 
 impl Route {
     pub(crate) fn of(discrete: &dyn DiscreteMembrane) -> Self {
-        match discrete.membrane().material {
+        match discrete.setting().membrane().material() {
             Material::Springs { .. } => Self::Raise,
             Material::Rubber(_) => Self::Inflate,
         }

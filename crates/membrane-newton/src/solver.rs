@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use membrane_forces::{FiniteDifferences, Membrane};
+use membrane_forces::{FiniteDifferences, Measures, Membrane};
 
 use crate::constraint::{Control, POSITIVE, check};
 use crate::equilibrium::Equilibrium;

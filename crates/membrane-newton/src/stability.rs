@@ -107,8 +107,8 @@ const SETTLED: f64 = 1e-12;
 impl<'a> Pencil<'a> {
     fn new(equilibrium: &'a Equilibrium) -> Result<Self> {
         let discrete = &*equilibrium.resolution.discrete;
-        let modulus = match &equilibrium.membrane().material {
-            Material::Rubber(rubber) => rubber.energy.shear_modulus(),
+        let modulus = match equilibrium.membrane().material() {
+            Material::Rubber(rubber) => rubber.energy().shear_modulus(),
             Material::Springs { .. } => {
                 let (what, needs) = ("stability", "rubber");
                 return Err(MembraneError::OtherMaterial { what, needs }.into());

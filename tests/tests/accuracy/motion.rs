@@ -103,7 +103,7 @@ fn body(random: &mut Random, of_rubber: bool) -> (Body, f64) {
         (Body::rubber(&membrane, nodes, density), 0.15)
     } else {
         let membrane = springs(random);
-        let per_length = membrane.law == PressureLaw::PerCurrentLength;
+        let per_length = membrane.law() == PressureLaw::PerCurrentLength;
         let body = Body::springs(&membrane, nodes);
         (body, if per_length { 1.0 } else { 10.0 })
     };

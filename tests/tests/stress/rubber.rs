@@ -129,7 +129,7 @@ fn agree(problem: &Problem, control: Control, found: &Equilibrium, other: &Equil
         assert!(
             (finer == last || finer < 0.4 * last) && nodes < 20_000,
             "{control:?}: error of differences {last:e}, with {nodes} nodes {finer:e}: {:?}",
-            problem.membrane.material
+            problem.membrane.material()
         );
         last = finer;
     }
@@ -153,7 +153,7 @@ fn both_refuse(
     let case = || {
         format!(
             "{control:?}: {error}, {other}: {:?}",
-            problem.membrane.material
+            problem.membrane.material()
         )
     };
     let (Some(first), Some(_)) = (kind(error), kind(other)) else {
@@ -246,7 +246,7 @@ fn close_call(problem: &Problem, control: Control, error: &NewtonError, other: &
     let case = || {
         format!(
             "{control:?}: {error} by one only: {:?}",
-            problem.membrane.material
+            problem.membrane.material()
         )
     };
     let further = match control {

@@ -68,7 +68,7 @@ impl Descent {
         let volume = |gain: f64| cavity * (1.0 + gain);
         let apex = |shape: &Equilibrium| shape.at(APEX).position[0];
         let rests = apex(&solved(outer, volume(self.gains[1]) + wall, [0.0; 2])?);
-        let length = outer.reference.at(APEX).position[0];
+        let length = outer.reference().at(APEX).position[0];
         let at = |short: f64| -> Result<(Equilibrium, f64), PhantomError> {
             let shape = solved(outer, volume(gain) + wall, [ring, short])?;
             let off = apex(&shape) - rests;
@@ -99,7 +99,7 @@ impl Descent {
 
 /// A membrane with its reference configuration shortened along the axis and its ring displaced.
 fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, PhantomError> {
-    let rest = membrane.reference.clone();
+    let rest = membrane.reference().clone();
     let breaks = rest.breakpoints();
     let inside = breaks[1..breaks.len() - 1].to_vec();
     let curve = move |s: f64| {
@@ -114,7 +114,7 @@ fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, Pha
     let rest = ReferenceShape::from_function(curve, &inside)?;
     let ends = membrane.ends().map(|[x, y]| [x + ring, y]);
     let made = Membrane::new(rest).with_ends(ends)?;
-    let made = match &membrane.material {
+    let made = match membrane.material() {
         Material::Rubber(rubber) => made.with_rubber(rubber.clone()),
         Material::Springs { stiffness, second } => {
             let made = made.with_stiffness(stiffness.clone());
@@ -124,5 +124,5 @@ fn shortened(membrane: &Membrane, ring: f64, short: f64) -> Result<Membrane, Pha
             }
         }
     };
-    Ok(made.with_law(membrane.law))
+    Ok(made.with_law(membrane.law()))
 }

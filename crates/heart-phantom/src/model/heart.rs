@@ -129,7 +129,7 @@ impl Heart {
             discretisation,
             descent: None,
             tolerance,
-            length: outer.reference.at(0.5).position[0],
+            length: outer.reference().at(0.5).position[0],
             pose,
             memory: Self::DEFAULT_MEMORY,
             shape_bytes: OnceLock::new(),

@@ -56,7 +56,7 @@ impl HeartShape {
     /// the cavity pressure relative to the surroundings.
     #[must_use]
     pub fn pressures_mmhg(&self) -> Option<[f64; 2]> {
-        let of_rubber = |solved: &&Equilibrium| match solved.membrane().material {
+        let of_rubber = |solved: &&Equilibrium| match solved.membrane().material() {
             Material::Springs { .. } => false,
             Material::Rubber(_) => true,
         };

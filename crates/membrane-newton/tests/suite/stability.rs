@@ -80,7 +80,7 @@ fn consistent_mass(
 ) -> DMatrix<f64> {
     let n = discrete.start().len() / 2;
     let mut mass = DMatrix::zeros(n, n);
-    let mut breaks = membrane.reference.breakpoints().to_vec();
+    let mut breaks = membrane.reference().breakpoints().to_vec();
     breaks.retain(|&b| b < 0.5);
     breaks.push(0.5);
     let units: Vec<Vec<f64>> = (0..n)
@@ -96,7 +96,7 @@ fn consistent_mass(
         for panel in 0..panels {
             for [node, weight] in GAUSS {
                 let s = piece[0] + width * (f64::from(panel) + 0.5 + 0.5 * node);
-                let rest = membrane.reference.at(s);
+                let rest = membrane.reference().at(s);
                 let speed = rest.first[0].hypot(rest.first[1]);
                 let area = 2.0 * PI * rest.position[1] * thickness.at(s).unwrap() * speed;
                 let values = DVector::from_iterator(
@@ -192,9 +192,9 @@ fn counts_and_lowest_eigenvalues_agree_with_dense_matrices() {
     let (mut states, mut past, mut bulging) = (0, 0, 0);
     for k in 0..200 {
         let membrane = membrane(&mut random, k);
-        let thickness = match &membrane.material {
+        let thickness = match membrane.material() {
             membrane_newton::membrane_forces::Material::Rubber(rubber) => {
-                rubber.thickness.clone()
+                rubber.thickness().clone()
             }
             _ => panic!("rubber"),
         };
