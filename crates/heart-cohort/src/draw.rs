@@ -1,7 +1,6 @@
 //! Draws the field values of a member from its index.
 
-use crate::cohort::Subset;
-use crate::cohort::{Case, Cohort, Sampling};
+use crate::cohort::{Case, Cohort, Sampling, Subset};
 use crate::error::CohortError;
 use crate::field::FieldValue;
 use crate::read::scene_from;

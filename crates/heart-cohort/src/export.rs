@@ -1,7 +1,6 @@
 //! Exports a member as NIfTI in the layout of nnU-Net and MONAI.
 
-use crate::cohort::Cohort;
-use crate::cohort::Subset;
+use crate::cohort::{Cohort, Subset};
 use crate::compute::RunOptions;
 use crate::error::CohortError;
 use crate::folder::check_own;

@@ -1,8 +1,7 @@
 //! The division of a cohort into shards, and the shards of a directory by file names.
 
 use crate::cohort::{Cohort, MOST_MEMBERS};
-use crate::error::CohortError;
-use crate::error::{Fault, FileFault};
+use crate::error::{CohortError, Fault, FileFault};
 use heart_phantom::PhantomError;
 use serde::{Deserialize, Serialize};
 use std::cmp::Reverse;

@@ -1,8 +1,7 @@
 //! The manifest of all members from the records of their shards.
 
 use crate::cohort::Subset;
-use crate::error::CohortError;
-use crate::error::{Fault, FileFault};
+use crate::error::{CohortError, Fault, FileFault};
 use crate::field::FieldValue;
 use crate::folder::{Listing, check_own};
 use crate::record::{Record, Row};

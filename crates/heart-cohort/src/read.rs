@@ -1,7 +1,6 @@
 //! Parses a cohort. Every named field must be a field of the scene; errors contain the position.
 
-use crate::cohort::Split;
-use crate::cohort::{Case, Cohort, Compression, Precision, Sampling};
+use crate::cohort::{Case, Cohort, Compression, Precision, Sampling, Split};
 use crate::correlation::{Copula, Correlation};
 use crate::distribution::Distribution;
 use crate::error::CohortError;

@@ -1,11 +1,9 @@
 //! The record of a shard: one row per member, and the checksums of the archive and of the record.
 
-use crate::cohort::Cohort;
-use crate::cohort::Subset;
+use crate::cohort::{Cohort, Subset};
 use crate::compute::Computed;
 use crate::draw::Member;
-use crate::error::CohortError;
-use crate::error::{Fault, FileFault};
+use crate::error::{CohortError, Fault, FileFault};
 use crate::field::FieldValue;
 use crate::folder::Shard;
 use crate::piece::END;

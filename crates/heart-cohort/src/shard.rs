@@ -2,8 +2,7 @@
 
 use crate::cohort::Cohort;
 use crate::compute::{RunOptions, Spare, compute};
-use crate::error::CohortError;
-use crate::error::{Fault, FileFault};
+use crate::error::{CohortError, Fault, FileFault};
 use crate::folder::Shard;
 use crate::piece::END;
 use crate::record::{Record, Row};

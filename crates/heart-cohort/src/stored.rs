@@ -1,7 +1,6 @@
 //! Reads the members of a shard, in order or one of them.
 
-use crate::error::CohortError;
-use crate::error::{Fault, FileFault};
+use crate::error::{CohortError, Fault, FileFault};
 use crate::folder::Shard;
 use crate::record::{Record, Row, checksum, regular, unreadable};
 use flate2::read::GzDecoder;

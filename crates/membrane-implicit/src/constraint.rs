@@ -6,8 +6,7 @@ use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result, positive};
 use crate::kinematics::Kinematics;
 use crate::load::Load;
-use crate::scheme::LoadKind;
-use crate::scheme::Scheme;
+use crate::scheme::{LoadKind, Scheme};
 
 /// The quantity that a stage must meet.
 #[derive(Debug, Clone, Copy)]

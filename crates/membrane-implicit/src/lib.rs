@@ -45,10 +45,6 @@ pub use membrane_newton::{
     self, DiscreteMembrane, Measure, Measures, Membrane, MembraneError, PressureLaw,
     ReferenceShape, Rubber, Stiffness, StrainEnergy, Thickness,
 };
-pub use motion::{
-    Motion, State,
-    adaptive::Tolerance,
-    run::{Stop, TimeStep},
-};
+pub use motion::{Motion, State, Stop, TimeStep, Tolerance};
 pub use report::{Energy, Evolution, Frame, Work};
 pub use scheme::{Jacobian, LoadKind, Scheme};

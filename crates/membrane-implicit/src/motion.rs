@@ -1,12 +1,11 @@
 //! The motion of a membrane, or of a pair with an incompressible wall.
 
-pub(crate) mod adaptive;
-pub(crate) mod run;
+mod adaptive;
+mod run;
 
 use membrane_newton::membrane_forces::Material;
 use membrane_newton::{DiscreteMembrane, Measure, MembraneError, Pair, PressureLaw, Stiffness};
 
-use self::adaptive::Tolerance;
 use crate::body::{Body, FARTHEST};
 use crate::constraint::{Constraint, check_support, derivatives};
 use crate::error::{ImplicitError, Result};
@@ -14,8 +13,9 @@ use crate::kinematics::Kinematics;
 use crate::load::Load;
 use crate::mover::Mover;
 use crate::report::{Energy, Work};
-use crate::scheme::LoadKind;
-use crate::scheme::{Jacobian, Scheme};
+use crate::scheme::{Jacobian, LoadKind, Scheme};
+pub use adaptive::Tolerance;
+pub use run::{Stop, TimeStep};
 
 /// An initial-value problem and its current state.
 ///

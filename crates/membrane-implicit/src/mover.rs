@@ -11,8 +11,7 @@ use crate::kinematics::{Kinematics, Step, add_slopes, slope, volume_gradient};
 use crate::method::splitting::{ImplicitSplitting, kick_and_drift};
 use crate::method::stage::{Implicit, LocalError, Stage};
 use crate::report::{Energy, Work};
-use crate::scheme::LoadKind;
-use crate::scheme::{Jacobian, Scheme};
+use crate::scheme::{Jacobian, LoadKind, Scheme};
 
 /// The method of a step, with its workspace.
 #[derive(Debug, Clone)]

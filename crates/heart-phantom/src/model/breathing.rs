@@ -2,8 +2,7 @@
 
 use super::volume_curve::{Height, VolumeCurve};
 use crate::PhantomError;
-use crate::scene::exactly;
-use crate::scene::{Check, array_of};
+use crate::scene::{Check, array_of, exactly};
 use revolve_voxel::nalgebra::Vector3;
 use revolve_voxel::{Pose, RevolveError};
 

@@ -24,8 +24,7 @@
 use super::acquisition::Acquisition;
 use super::levels::{Interpolation, Levels, Scale, Stretch};
 use super::nodes::{Nodes, Sphere, radius};
-use super::settings::Mode;
-use super::settings::Rotation;
+use super::settings::{Mode, Rotation};
 use super::spans::{self, Span};
 use crate::model::wrap;
 use crate::{Camera, Cycle};

@@ -2,8 +2,7 @@
 
 use super::acquisition::{Acquisition, TruthOf};
 use super::levels::Interpolation;
-use super::settings::Mode;
-use super::settings::Rotation;
+use super::settings::{Mode, Rotation};
 use crate::error::{PhantomError, check, check_count};
 use crate::model::RespiratoryMotion;
 use crate::ranges;

@@ -1,8 +1,7 @@
 //! Times and angles of views.
 
 use super::acquisition::Acquisition;
-use super::settings::Mode;
-use super::settings::Rotation;
+use super::settings::{Mode, Rotation};
 use super::spans;
 use crate::text::short;
 use crate::{Camera, Cycle};

@@ -6,8 +6,7 @@ use super::{Motion, view};
 use crate::body::{Body, LoadState};
 use crate::error::{ImplicitError, Result, positive};
 use crate::report::Work;
-use crate::scheme::LoadKind;
-use crate::scheme::Scheme;
+use crate::scheme::{LoadKind, Scheme};
 
 /// The largest local error allowed in one step, as root mean square over the nodes.
 ///
