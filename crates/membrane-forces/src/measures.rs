@@ -214,38 +214,43 @@ impl Measure {
     /// Returns the contribution of the segment from `a` to `b`, and its derivatives by `a` and `b`.
     #[inline]
     fn segment(self, a: [f64; 2], b: [f64; 2]) -> Segment {
-        if a[1] * b[1] >= 0.0 || !self.has_kink() {
-            return self.one_sided(a, b);
-        }
-        // in two parts; where they meet the integrand is zero, so that a shift of that point along the segment changes nothing
-        let t = a[1] / (a[1] - b[1]);
-        let axis = [a[0] + t * (b[0] - a[0]), 0.0];
-        let (first, last) = (self.one_sided(a, axis), self.one_sided(axis, b));
-        let by_axis = [0, 1].map(|k| first.to[k] + last.from[k]);
-        Segment {
-            value: first.value + last.value,
-            from: [0, 1].map(|k| first.from[k] + (1.0 - t) * by_axis[k]),
-            to: [0, 1].map(|k| last.to[k] + t * by_axis[k]),
-        }
-    }
-
-    /// As [`Measure::segment`], for a segment on one side of the axis: the integrand in its middle is the mean, except for the quadratic y |y|,
-    /// whose mean exceeds it by dy^2 / 12.
-    #[inline]
-    fn one_sided(self, a: [f64; 2], b: [f64; 2]) -> Segment {
-        let d = [b[0] - a[0], b[1] - a[1]];
-        let middle = [0.5 * (a[0] + b[0]), 0.5 * (a[1] + b[1])];
-        let (mut value, by_c, mut by_d) = self.integrand(middle, d);
-        if self == Self::Volume {
-            let bend = (PI / 24.0).copysign(middle[1]) * d[1];
-            value += bend * d[1] * d[0];
-            by_d[0] += bend * d[1];
-            by_d[1] += 2.0 * bend * d[0];
-        }
-        Segment {
-            value,
-            from: [0.5 * by_c[0] - by_d[0], 0.5 * by_c[1] - by_d[1]],
-            to: [0.5 * by_c[0] + by_d[0], 0.5 * by_c[1] + by_d[1]],
+        let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
+        match self {
+            Self::Length => {
+                let length = dx.hypot(dy);
+                let unit = [dx / length, dy / length];
+                Segment {
+                    value: length,
+                    from: [-unit[0], -unit[1]],
+                    to: unit,
+                }
+            }
+            Self::Area => Segment {
+                value: 0.5 * (b[0] * a[1] - a[0] * b[1]),
+                from: [-0.5 * b[1], 0.5 * b[0]],
+                to: [0.5 * a[1], -0.5 * a[0]],
+            },
+            Self::Surface => {
+                // mean of |y| over the segment times its length, times pi
+                let length = dx.hypot(dy);
+                let unit = [dx / length, dy / length];
+                let (mean, da, db) = mean_abs(a[1], b[1]);
+                Segment {
+                    value: PI * mean * length,
+                    from: [-PI * mean * unit[0], PI * (da * length - mean * unit[1])],
+                    to: [PI * mean * unit[0], PI * (db * length + mean * unit[1])],
+                }
+            }
+            Self::Volume => {
+                // mean of y |y| over the segment times dx, times pi / 2
+                let (mean, da, db) = mean_signed_square(a[1], b[1]);
+                let c = 0.5 * PI;
+                Segment {
+                    value: c * mean * dx,
+                    from: [-c * mean, c * da * dx],
+                    to: [c * mean, c * db * dx],
+                }
+            }
         }
     }
 }
@@ -270,4 +275,41 @@ impl Segment {
 /// Number of times that a half counts.
 pub(crate) fn copies(half: bool) -> f64 {
     if half { 2.0 } else { 1.0 }
+}
+
+/// Mean of |y| for y running linearly from a to b, with its derivatives by a and b.
+#[inline]
+fn mean_abs(a: f64, b: f64) -> (f64, f64, f64) {
+    if a * b >= 0.0 {
+        let sign = if a + b < 0.0 { -1.0 } else { 1.0 };
+        return (0.5 * (a + b).abs(), 0.5 * sign, 0.5 * sign);
+    }
+    let sum = a.abs() + b.abs();
+    let mean = 0.5 * (a * a + b * b) / sum;
+    (
+        mean,
+        (a - mean * a.signum()) / sum,
+        (b - mean * b.signum()) / sum,
+    )
+}
+
+/// Mean of y |y| for y running linearly from a to b, with its derivatives by a and b.
+#[inline]
+fn mean_signed_square(a: f64, b: f64) -> (f64, f64, f64) {
+    if a * b >= 0.0 {
+        let sign = if a + b < 0.0 { -1.0 } else { 1.0 };
+        let third = sign / 3.0;
+        return (
+            third * (a * a + a * b + b * b),
+            third * (2.0 * a + b),
+            third * (a + 2.0 * b),
+        );
+    }
+    // the integral of y |y| dy is |y|^3 / 3
+    let mean = (b.abs().powi(3) - a.abs().powi(3)) / (3.0 * (b - a));
+    (
+        mean,
+        (mean - a * a.abs()) / (b - a),
+        (b * b.abs() - mean) / (b - a),
+    )
 }
