@@ -29,8 +29,9 @@ pub(super) fn paint(
     height: u32,
     draw: impl FnOnce(&Area<'_>) -> Drawn,
 ) -> Result<Picture, PhantomError> {
-    let rgb = vec![255; 3 * width as usize * height as usize];
-    paint_over(Picture { width, height, rgb }, draw)
+    let fine = FINE as usize;
+    let canvas = vec![255; 3 * width as usize * fine * height as usize * fine];
+    paint_on(canvas, [width, height], draw)
 }
 
 /// Draws over a finished image; other pixels do not change.
@@ -42,10 +43,21 @@ pub(super) fn paint_over(
     let fine = FINE as usize;
     let mut canvas = Vec::with_capacity(rgb.len() * fine * fine);
     for row in rgb.chunks_exact(3 * width as usize) {
-        let pixels = row.as_chunks::<3>().0.iter();
-        let wide: Vec<u8> = pixels.flat_map(|pixel| pixel.repeat(fine)).collect();
-        (0..fine).for_each(|_| canvas.extend_from_slice(&wide));
+        let first = canvas.len();
+        for pixel in row.as_chunks::<3>().0 {
+            (0..fine).for_each(|_| canvas.extend_from_slice(pixel));
+        }
+        let end = canvas.len();
+        (1..fine).for_each(|_| canvas.extend_from_within(first..end));
     }
+    paint_on(canvas, [width, height], draw)
+}
+
+fn paint_on(
+    mut canvas: Vec<u8>,
+    [width, height]: [u32; 2],
+    draw: impl FnOnce(&Area<'_>) -> Drawn,
+) -> Result<Picture, PhantomError> {
     style::register();
     {
         let size = (width * FINE as u32, height * FINE as u32);
