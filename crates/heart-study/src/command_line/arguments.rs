@@ -104,8 +104,8 @@ pub(crate) enum Command {
     },
     /// Print the manual page (roff).
     Man {
-        /// Command of the page [default: all].
-        command: Option<String>,
+        /// Command of the page, such as `cohort run` [default: all].
+        command: Vec<String>,
     },
 }
 

@@ -370,22 +370,19 @@ pub(super) fn one_view(arguments: &Arguments, scene: &Path, at: [usize; 2], out:
     Ok(Answer::Report(found, Vec::new()))
 }
 
-/// Returns the manual page of the program or of one command.
-pub(super) fn man(command: Option<&str>) -> Done {
-    let mut whole = Arguments::command();
-    whole.build();
+/// Returns the manual page of the program or of one command, given as the names that lead to it.
+pub(super) fn man(command: &[String]) -> Done {
+    let mut page = Arguments::command();
+    page.build();
     // Subcommands have no version.
-    let source = whole.render_version();
-    let page = match command {
-        None => whole,
-        Some(name) => match whole.find_subcommand(name) {
-            Some(command) => command.clone(),
-            None => {
-                let what = format!("command `{name}` does not exist");
-                return Err(whole.error(ErrorKind::InvalidValue, what).into());
-            }
-        },
-    };
+    let source = page.render_version();
+    for name in command {
+        let Some(subcommand) = page.find_subcommand(name) else {
+            let what = format!("command `{name}` does not exist");
+            return Err(page.error(ErrorKind::InvalidValue, what).into());
+        };
+        page = subcommand.clone();
+    }
     let mut roff = Vec::new();
     let title = page.get_display_name().unwrap_or(page.get_name());
     clap_mangen::Man::new(page.clone())

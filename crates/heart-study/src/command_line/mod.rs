@@ -72,7 +72,7 @@ fn run(arguments: &Arguments) -> Done {
             clap_complete::generate(*shell, &mut command, "heart-phantom", &mut script);
             Ok(text(&script))
         }
-        Command::Man { command } => man(command.as_deref()),
+        Command::Man { command } => man(command),
     }
 }
 

@@ -378,7 +378,11 @@ fn completions_and_manual_are_written() {
             "{page}"
         );
     }
-    assert_eq!(heart_phantom(&["man", "dance"]).status.code(), Some(2));
+    let (page, _) = said(&heart_phantom(&["man", "cohort", "run"]));
+    assert!(page.contains(".TH HEART-PHANTOM-COHORT-RUN 1") && page.contains("threads"));
+    for unknown in [&["man", "dance"][..], &["man", "cohort", "dance"]] {
+        assert_eq!(heart_phantom(unknown).status.code(), Some(2));
+    }
 }
 
 /// No panic if the output is full, and no error if its reader closes it.
