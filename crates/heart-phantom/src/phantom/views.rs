@@ -150,6 +150,22 @@ impl Phantom {
         Ok(known.map(|known| vec![known; self.parts.camera.n_views()]))
     }
 
+    /// Returns the sum of the counts of all views of a gate: drawn, which are integers, or expected.
+    pub(crate) fn sum_of_counts(&self, samples: &[f32], per_unit: &[f64]) -> f64 {
+        let is_drawn = self.scene().noise.is_some();
+        let count = |sample: f32, per_unit: f64| {
+            if is_drawn {
+                f64::from(drawn_count(sample, per_unit))
+            } else {
+                f64::from(sample) * per_unit
+            }
+        };
+        let views = samples.chunks(self.camera().view_len()).zip(per_unit);
+        views
+            .flat_map(|(view, per_unit)| view.iter().map(move |sample| count(*sample, *per_unit)))
+            .sum()
+    }
+
     /// Returns views `[view][row][bin]` of a gate, from view `first` on, in the quantity of `output.values`: as given, or as the counts of
     /// the noise, which are integers.
     ///
@@ -206,14 +222,15 @@ impl Phantom {
     }
 }
 
-/// Returns the counts before the division by the noise model, from views of `view_len` samples and the counts per unit of each; rounding
-/// removes the error of that division.
+/// Returns the counts before the division by the noise model, from views of `view_len` samples and the counts per unit of each.
 pub(crate) fn to_counts(views: &[f32], per_unit: &[f64], view_len: usize) -> Vec<f32> {
     let views = views.chunks(view_len).zip(per_unit);
     views
-        .flat_map(|(view, per_unit)| {
-            let per_unit = *per_unit as f32;
-            view.iter().map(move |sample| (sample * per_unit).round())
-        })
+        .flat_map(|(view, per_unit)| view.iter().map(|sample| drawn_count(*sample, *per_unit)))
         .collect()
+}
+
+/// Returns the count before the division by the noise model; rounding removes the error of that division.
+fn drawn_count(sample: f32, per_unit: f64) -> f32 {
+    (sample * per_unit as f32).round()
 }

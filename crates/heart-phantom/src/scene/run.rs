@@ -256,13 +256,8 @@ impl Run<'_> {
                 report.quadrature_steps = Some(phantom.steps()?);
             }
             let counts = phantom.counts_per_unit(gate)?.unwrap_or_default();
-            let sum = |view: &[f32]| view.iter().map(|sample| f64::from(*sample)).sum::<f64>();
-            let sums = views.samples.chunks(phantom.camera().view_len()).map(sum);
-            report.counts = (!counts.is_empty()).then(|| {
-                sums.zip(&counts)
-                    .map(|(sum, per_unit)| sum * per_unit)
-                    .sum()
-            });
+            report.counts =
+                (!counts.is_empty()).then(|| phantom.sum_of_counts(&views.samples, &counts));
             let first = counts.first().copied();
             report.counts_per_unit = first.filter(|&first| counts.iter().all(|&all| all == first));
             if phantom.scene().counting.is_some() {

@@ -330,13 +330,15 @@ fn counts_are_unscaled_in_every_format() {
     });
     let expected = sorted(expected.collect());
     assert!(factors[4] < 0.5 * factors[0] && expected[samples.len() - 1] > 10.0);
+    let total: f64 = expected.iter().map(|count| f64::from(*count)).sum();
     for format in Format::ALL {
         let Some(extensions) = format.info().projections else {
             continue;
         };
         scene.output.projections = format;
         let out = folder.path().join(extensions.header);
-        run(&Phantom::new(scene.clone()).unwrap(), &out, &no_observer).unwrap();
+        let report = run(&Phantom::new(scene.clone()).unwrap(), &out, &no_observer).unwrap();
+        assert_eq!(report.gates[0].counts, Some(total));
         let extension = extensions.data.unwrap_or(extensions.header);
         let bytes = std::fs::read(out.join(format!("projections.{extension}"))).unwrap();
         let find = |what: &[u8]| bytes.windows(what.len()).position(|part| part == what);
