@@ -86,8 +86,8 @@ impl StrainEnergy {
     /// Rejects constants outside their range.
     ///
     /// # Errors
-    /// A constant that is not finite or not positive (c2 may be zero), an Ogden energy without terms, or with a product mu_k alpha_k that
-    /// is not positive.
+    /// A constant that is not finite or not positive (c2 may be zero), an Ogden energy without terms, with a product mu_k alpha_k that is not
+    /// positive, or with an exponent alpha_k beyond 1000: that power of a stretch of 2 overflows at 1024.
     pub fn check(&self) -> Result<()> {
         match self {
             Self::NeoHookean { mu } => positive("mu", *mu).map(drop),
@@ -99,7 +99,7 @@ impl StrainEnergy {
                 crate::error::at_least("Ogden terms", terms.len(), 1)?;
                 terms.iter().try_for_each(|[mu, alpha]| {
                     finite("mu_k", *mu)?;
-                    finite("alpha_k", *alpha)?;
+                    MembraneError::within("alpha_k", *alpha, -1000.0, 1000.0)?;
                     positive("mu_k alpha_k", mu * alpha).map(drop)
                 })
             }

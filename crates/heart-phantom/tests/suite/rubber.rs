@@ -133,6 +133,11 @@ fn invalid_rubber_is_rejected_with_line_and_field() {
             ".ogden",
             "mu_k alpha_k",
         ),
+        (
+            "{ ogden = { terms = [[1e-9, 1e9]], thickness = 0.5 } }",
+            ".ogden",
+            "alpha_k is 1000000000.0; it must be between -1000.0 and 1000.0",
+        ),
     ] {
         let text = format!("# no rubber\n[heart]\nmaterial = {bad}\n");
         let Err(PhantomError::Scene(error)) = Scene::from_toml(&text) else {
