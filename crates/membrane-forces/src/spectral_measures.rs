@@ -1,6 +1,6 @@
 //! Length, area, surface and volume of a spectral curve, by quadrature as accurate as the curve.
 
-use crate::chebyshev::{bisect, combine, gauss_legendre};
+use crate::chebyshev::{bisect, gauss_legendre};
 use crate::discrete::DiscreteMembrane;
 use crate::measures::{Measure, copies};
 use crate::spectral::SpectralElements;
@@ -16,7 +16,13 @@ impl Sample<'_> {
     /// Position and derivative by the element's own coordinate.
     #[inline]
     fn at(&self, local: &[[f64; 2]]) -> ([f64; 2], [f64; 2]) {
-        let [c, d] = [self.value, self.derivative].map(|row| combine(row, local.iter().copied()));
+        let (mut c, mut d) = ([0.0; 2], [0.0; 2]);
+        for ((value, derivative), node) in self.value.iter().zip(self.derivative).zip(local) {
+            for k in 0..2 {
+                c[k] += value * node[k];
+                d[k] += derivative * node[k];
+            }
+        }
         (c, d)
     }
 }
