@@ -211,17 +211,15 @@ fn sum_of_three(a: f64, b: f64, c: f64) -> f64 {
 #[inline]
 fn first_invariant(a: f64, b: f64) -> EnergyDerivatives {
     let less_one = [(a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)];
-    let third = (1.0 / a) * (1.0 / b);
-    powers([a, b], 2.0, [a * a, b * b, third * third], less_one)
+    powers(a, b, 2.0, [a * a, b * b], less_one)
 }
 
 /// I2 - 3, their inverse squares.
 #[inline]
 fn second_invariant(a: f64, b: f64) -> EnergyDerivatives {
-    let (over_a, over_b) = (1.0 / a, 1.0 / b);
-    let (p, q) = (over_a * over_a, over_b * over_b);
+    let [p, q] = [1.0 / (a * a), 1.0 / (b * b)];
     let less_one = [(1.0 - a) * (1.0 + a) * p, (1.0 - b) * (1.0 + b) * q];
-    powers([a, b], -2.0, [p, q, a * a * b * b], less_one)
+    powers(a, b, -2.0, [p, q], less_one)
 }
 
 /// l^alpha - 1 without cancellation near l = 1; `power` is l^alpha.
@@ -239,18 +237,14 @@ fn less_one(l: f64, alpha: f64, power: f64) -> f64 {
 fn ogden(a: f64, b: f64, alpha: f64) -> EnergyDerivatives {
     let [p, q] = [a.powf(alpha), b.powf(alpha)];
     let less_one = [less_one(a, alpha, p), less_one(b, alpha, q)];
-    powers([a, b], alpha, [p, q, 1.0 / (p * q)], less_one)
+    powers(a, b, alpha, [p, q], less_one)
 }
 
-/// l1^alpha + l2^alpha + l3^alpha - 3, with these powers, and those of l1 and l2 less one.
+/// l1^alpha + l2^alpha + l3^alpha - 3, with the powers of l1 and l2 and these less one.
 #[inline]
-fn powers(
-    [a, b]: [f64; 2],
-    alpha: f64,
-    [p, q, third]: [f64; 3],
-    less_one: [f64; 2],
-) -> EnergyDerivatives {
+fn powers(a: f64, b: f64, alpha: f64, [p, q]: [f64; 2], less_one: [f64; 2]) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let third = 1.0 / (p * q);
     // of l^alpha by l: alpha l^(alpha - 1), alpha (alpha - 1) l^(alpha - 2); of l3^alpha: -alpha, alpha (alpha + 1)
     let bend = |power: f64, over: f64| {
         alpha * ((alpha - 1.0) * power + (alpha + 1.0) * third) * over * over
