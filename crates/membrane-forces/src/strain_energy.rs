@@ -140,8 +140,9 @@ impl StrainEnergy {
                 first.times(*c1).plus(second.times(*c2))
             }
             Self::Ogden { terms } => {
-                let terms = terms.iter();
-                let powers = terms.map(|[mu, alpha]| ogden(l1, l2, *alpha).times(mu / alpha));
+                let powers = terms
+                    .iter()
+                    .map(|[mu, alpha]| powers(l1, l2, *alpha).times(mu / alpha));
                 powers.fold(EnergyDerivatives::NONE, EnergyDerivatives::plus)
             }
             Self::Gent { mu, jm } => {
@@ -207,19 +208,41 @@ fn sum_of_three(a: f64, b: f64, c: f64) -> f64 {
     }
 }
 
-/// I1 - 3, the squares of the stretches.
+/// I1 - 3.
 #[inline]
 fn first_invariant(a: f64, b: f64) -> EnergyDerivatives {
-    let less_one = [(a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0)];
-    powers(a, b, 2.0, [a * a, b * b], less_one)
+    let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let third = over_a * over_b * over_a * over_b;
+    EnergyDerivatives {
+        energy: sum_of_three((a - 1.0) * (a + 1.0), (b - 1.0) * (b + 1.0), third),
+        by: [2.0 * (a - third * over_a), 2.0 * (b - third * over_b)],
+        second: [
+            2.0 + 6.0 * third * over_a * over_a,
+            4.0 * third * over_a * over_b,
+            2.0 + 6.0 * third * over_b * over_b,
+        ],
+    }
 }
 
-/// I2 - 3, their inverse squares.
+/// I2 - 3.
 #[inline]
 fn second_invariant(a: f64, b: f64) -> EnergyDerivatives {
-    let [p, q] = [1.0 / (a * a), 1.0 / (b * b)];
-    let less_one = [(1.0 - a) * (1.0 + a) * p, (1.0 - b) * (1.0 + b) * q];
-    powers(a, b, -2.0, [p, q], less_one)
+    let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let (p, q) = (over_a * over_a, over_b * over_b);
+    let (aa, bb) = (a * a, b * b);
+    EnergyDerivatives {
+        energy: sum_of_three(
+            (1.0 - a) * (1.0 + a) * p,
+            (1.0 - b) * (1.0 + b) * q,
+            aa * bb,
+        ),
+        by: [2.0 * (a * bb - p * over_a), 2.0 * (b * aa - q * over_b)],
+        second: [
+            2.0 * (bb + 3.0 * p * p),
+            4.0 * a * b,
+            2.0 * (aa + 3.0 * q * q),
+        ],
+    }
 }
 
 /// l^alpha - 1 without cancellation near l = 1; `power` is l^alpha.
@@ -234,27 +257,21 @@ fn less_one(l: f64, alpha: f64, power: f64) -> f64 {
 
 /// l1^alpha + l2^alpha + l3^alpha - 3.
 #[inline]
-fn ogden(a: f64, b: f64, alpha: f64) -> EnergyDerivatives {
-    let [p, q] = [a.powf(alpha), b.powf(alpha)];
-    let less_one = [less_one(a, alpha, p), less_one(b, alpha, q)];
-    powers(a, b, alpha, [p, q], less_one)
-}
-
-/// l1^alpha + l2^alpha + l3^alpha - 3, with the powers of l1 and l2 and these less one.
-#[inline]
-fn powers(a: f64, b: f64, alpha: f64, [p, q]: [f64; 2], less_one: [f64; 2]) -> EnergyDerivatives {
+fn powers(a: f64, b: f64, alpha: f64) -> EnergyDerivatives {
     let (over_a, over_b) = (1.0 / a, 1.0 / b);
+    let (p, q) = (a.powf(alpha), b.powf(alpha));
     let third = 1.0 / (p * q);
+    let square = alpha * alpha;
     // of l^alpha by l: alpha l^(alpha - 1), alpha (alpha - 1) l^(alpha - 2); of l3^alpha: -alpha, alpha (alpha + 1)
     let bend = |power: f64, over: f64| {
         alpha * ((alpha - 1.0) * power + (alpha + 1.0) * third) * over * over
     };
     EnergyDerivatives {
-        energy: sum_of_three(less_one[0], less_one[1], third),
+        energy: sum_of_three(less_one(a, alpha, p), less_one(b, alpha, q), third),
         by: [alpha * (p - third) * over_a, alpha * (q - third) * over_b],
         second: [
             bend(p, over_a),
-            alpha * alpha * third * over_a * over_b,
+            square * third * over_a * over_b,
             bend(q, over_b),
         ],
     }
