@@ -198,7 +198,7 @@ pub enum MembraneError {
     },
 }
 
-/// Describes the finite numbers from `least` to `most`. The number after an integer is the smallest one that is greater than it.
+/// Describes the finite numbers from `least` to `most`. If `least` is the number next to an integer, that integer is an exclusive bound.
 fn allowed(least: f64, most: f64) -> String {
     let is_positive = least > 0.0 && least <= f64::MIN_POSITIVE;
     match (least, most) {
@@ -206,7 +206,7 @@ fn allowed(least: f64, most: f64) -> String {
         (0.0, f64::MAX) => "finite and not negative".into(),
         (_, f64::MAX) if is_positive => "finite and positive".into(),
         (_, most) if is_positive => format!("positive and at most {most:?}"),
-        (least, f64::MAX) if least.next_down().fract() == 0.0 => {
+        (least, f64::MAX) if least.fract() != 0.0 && least.next_down().fract() == 0.0 => {
             format!("finite and greater than {:?}", least.next_down())
         }
         (least, f64::MAX) => format!("finite and at least {least:?}"),

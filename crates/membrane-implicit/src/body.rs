@@ -40,9 +40,9 @@ pub struct LoadState {
 pub struct Body {
     pub(crate) discrete: FiniteDifferences,
     /// Mass per unit s; for rubber the density.
-    pub mass: f64,
-    /// Damping mu per unit s; for rubber eta per mass.
-    pub damping: f64,
+    pub(crate) mass: f64,
+    /// Damping per unit s; for rubber per mass.
+    damping: f64,
     /// Volume of rubber of each unknown, zero for fixed ones; 1 for springs.
     pub(crate) volumes: Vec<f64>,
     /// Factor of a sum over nodes: ds for springs, whose forces are per unit s, 1 for rubber.
@@ -139,6 +139,18 @@ impl Body {
     pub fn with_damping(mut self, damping: f64) -> Result<Self> {
         self.damping = MembraneError::within("damping", damping, 0.0, f64::MAX)?;
         Ok(self)
+    }
+
+    /// Returns the mass per unit s, or the density of rubber.
+    #[must_use]
+    pub fn mass(&self) -> f64 {
+        self.mass
+    }
+
+    /// Returns the damping mu per unit s, or eta of rubber per mass.
+    #[must_use]
+    pub fn damping(&self) -> f64 {
+        self.damping
     }
 
     /// Returns the discretised forces.

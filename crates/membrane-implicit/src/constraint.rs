@@ -1,9 +1,9 @@
 //! The equation that a load adds to a stage.
 
-use membrane_newton::{DiscreteMembrane, Measure, MembraneError};
+use membrane_newton::{DiscreteMembrane, Measure};
 
 use crate::body::{Body, LoadState};
-use crate::error::{ImplicitError, Result, positive};
+use crate::error::{ImplicitError, Result};
 use crate::kinematics::Kinematics;
 use crate::load::Load;
 use crate::scheme::{LoadKind, Scheme};
@@ -91,10 +91,8 @@ impl Answer {
     }
 }
 
-/// Rejects a load, law or material that the scheme does not support, and a mass or damping out of range.
+/// Rejects a load, law or material that the scheme does not support.
 pub(crate) fn check_support(scheme: Scheme, load: LoadKind, body: &Body) -> Result<()> {
-    positive("mass", body.mass)?;
-    MembraneError::within("damping", body.damping, 0.0, f64::MAX)?;
     match scheme.unsupported(load, body.discrete.setting().membrane()) {
         None => Ok(()),
         Some(what) => Err(ImplicitError::Unsupported { scheme, what }),

@@ -144,6 +144,8 @@ pub fn evolve_observed<B>(
     positive("time step", options.dt)?;
     MembraneError::within("tolerance", options.tolerance, 0.0, f64::MAX)?;
     MembraneError::within("total force", total_force, f64::MIN, f64::MAX)?;
+    positive("mass", options.mass)?;
+    MembraneError::within("damping", options.damping, 0.0, f64::MAX)?;
     let body = Body::springs(membrane, n_nodes)?;
     let stiffness = body.discrete.stiffness_scale();
     let body = body

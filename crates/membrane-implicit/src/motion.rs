@@ -179,7 +179,7 @@ impl Motion {
     /// # let body = Body::springs(&Membrane::new(ReferenceShape::balloon(8.5, 1.75)?), 51)?.with_damping(1.0)?;
     /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::Midpoint)?;
     /// for _ in 0..100 {
-    ///     let middle = motion.state().time + 0.005;
+    ///     let middle = motion.time() + 0.005;
     ///     motion.set_stiffness(Stiffness::constant(1.5 - 0.5 * (6.8 * middle).cos())?)?;
     ///     motion.step(0.01)?;
     /// }
@@ -198,8 +198,8 @@ impl Motion {
         }
         let membrane = membrane.clone().with_stiffness(stiffness);
         let body = Body::springs(&membrane, body.discrete.n_nodes())?
-            .with_mass(body.mass)?
-            .with_damping(body.damping)?;
+            .with_mass(body.mass())?
+            .with_damping(body.damping())?;
         let mut next = self.clone();
         next.inner.set_body(body);
         next.initial += next.energy().elastic - self.energy().elastic;
@@ -284,6 +284,18 @@ impl Motion {
             outer.begin(Constraint::Volume(inner.volume_acceleration()))?;
         }
         Ok(())
+    }
+
+    /// Returns the load.
+    #[must_use]
+    pub fn load(&self) -> &Load {
+        &self.load
+    }
+
+    /// Returns the current time.
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.inner.now().time
     }
 
     /// Returns the state of the membrane, or of the inner one of a pair.

@@ -77,7 +77,7 @@ fn steps_allocate_nothing() {
                         .step_adaptive(&Tolerance::uniform(1e-3), 1e-3)
                         .unwrap();
                 }
-                let middle = motion.state().time - 1e-9;
+                let middle = motion.time() - 1e-9;
                 motion
                     .at_into(middle, &mut points, &mut velocities)
                     .unwrap();

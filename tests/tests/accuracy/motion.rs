@@ -131,11 +131,11 @@ fn runge_kutta(
 ) -> Vec<f64> {
     let forces = body.differences();
     let n = forces.start().len();
-    let (mut mass, mut damping) = (vec![body.mass; n], vec![body.damping / body.mass; n]);
+    let (mut mass, mut damping) = (vec![body.mass(); n], vec![body.damping() / body.mass(); n]);
     let mut matrix = forces.tangent();
-    if forces.add_mass_into(body.mass, &mut matrix).is_ok() {
+    if forces.add_mass_into(body.mass(), &mut matrix).is_ok() {
         matrix.mul_into(&vec![1.0; n], &mut mass);
-        damping.fill(body.damping);
+        damping.fill(body.damping());
     }
     let slope = |time: f64, state: &[f64]| {
         let (c, v) = state.split_at(n);

@@ -78,7 +78,7 @@ impl Motion {
             } else {
                 wanted
             };
-            let time = self.inner.now().time;
+            let time = self.time();
             if cut <= 4.0 * f64::EPSILON * time.abs() || cut < f64::MIN_POSITIVE {
                 return Err(ImplicitError::StepTooSmall { time, dt: cut });
             }
@@ -128,7 +128,7 @@ impl Motion {
         let (volume, volume_rate) = (f64::NAN, f64::NAN);
         let range = |times: &mut dyn Iterator<Item = f64>| {
             times.fold((f64::MAX, f64::MIN), |(least, most), part| {
-                let time = self.inner.now().time + part * dt;
+                let time = self.time() + part * dt;
                 let value = self.load.value(&LoadState {
                     time,
                     volume,

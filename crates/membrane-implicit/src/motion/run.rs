@@ -5,8 +5,7 @@ use std::ops::ControlFlow;
 
 use membrane_newton::MembraneError;
 
-use super::Motion;
-use super::adaptive::Tolerance;
+use super::{Motion, Tolerance};
 use crate::error::{ImplicitError, Result, positive};
 
 /// The rule for the length of the steps.
@@ -89,9 +88,9 @@ impl Motion {
     /// # let body = Body::springs(&membrane, 51)?.with_damping(1.0)?;
     /// let mut motion = Motion::new(body, Load::intensity(|_| 17.5), Scheme::TrBdf2)?;
     /// let ended = motion.run_observed(TimeStep::Fixed(0.01), &[Stop::Time(10.0)], |motion| {
-    ///     println!("{:.2} s: {:.1} cm^3", motion.state().time, motion.state().volume());
+    ///     println!("{:.2} s: {:.1} cm^3", motion.time(), motion.state().volume());
     ///     // the first time it swings back
-    ///     if motion.state().volume_rate() < 0.0 { ControlFlow::Break(motion.state().time) } else { ControlFlow::Continue(()) }
+    ///     if motion.state().volume_rate() < 0.0 { ControlFlow::Break(motion.time()) } else { ControlFlow::Continue(()) }
     /// })?;
     /// assert!(matches!(ended, ControlFlow::Break(time) if (0.2..2.0).contains(&time)), "{ended:?}");
     /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -117,7 +116,7 @@ impl Motion {
         for stop in stops {
             match *stop {
                 Stop::Time(time) => {
-                    let least = self.inner.now().time - ROUNDING * self.inner.now().time.abs();
+                    let least = self.time() - ROUNDING * self.time().abs();
                     end = end.min(MembraneError::within("end time", time, least, f64::MAX)?);
                 }
                 Stop::Volume(volume) => drop(positive("volume", volume)?),
@@ -132,7 +131,7 @@ impl Motion {
             if let Some(index) = self.stopped(stops, first)? {
                 return Ok(ControlFlow::Continue(index));
             }
-            let left = end - self.inner.now().time;
+            let left = end - self.time();
             let mut dt = match steps {
                 TimeStep::Fixed(dt) => {
                     // the last step is shortened, but not because of rounding of the time
@@ -161,7 +160,7 @@ impl Motion {
         let taken = self.work().steps - first;
         for (index, stop) in stops.iter().enumerate() {
             let reached = match *stop {
-                Stop::Time(time) => self.inner.now().time >= time - ROUNDING * time.abs(),
+                Stop::Time(time) => self.time() >= time - ROUNDING * time.abs(),
                 Stop::Volume(volume) => (self.state().volume() / volume - 1.0).abs() <= 1e-10,
                 Stop::Steps(steps) => taken >= steps,
                 Stop::Equilibrium { .. } if taken == 0 => false,

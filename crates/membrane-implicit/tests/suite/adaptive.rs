@@ -95,7 +95,7 @@ fn a_volume_passed_within_a_step_stops_the_run() {
     let mut fine = inflate(Scheme::TrBdf2);
     let mut volumes = vec![(0.0, fine.state().volume())];
     fine.run_with(TimeStep::Fixed(1e-4), &[Stop::Time(1.0)], |motion| {
-        volumes.push((motion.state().time, motion.state().volume()));
+        volumes.push((motion.time(), motion.state().volume()));
     })
     .unwrap();
     let &(_, most) = volumes.iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
@@ -115,7 +115,7 @@ fn a_volume_passed_within_a_step_stops_the_run() {
         assert_eq!(stop, 1, "offset {offset}");
         assert!((motion.state().volume() / value - 1.0).abs() < 1e-10);
         // the volume rises by 3 cm^3/s there: its error of 4e-4 cm^3 is 1e-4 s
-        let off = motion.state().time - time;
+        let off = motion.time() - time;
         println!("offset {offset}: {off:e} s");
         assert!(off.abs() < 1e-4, "offset {offset}: {off:e} s");
         let steps = motion.work().steps;
@@ -158,8 +158,8 @@ fn the_error_of_each_step_is_near_the_tolerance() {
     ];
     for (scheme, fine, body, load) in cases {
         for (position, velocity) in [(1e-5, 1e9), (1e9, 1e-4)] {
-            let pumped = load(&body()).kind() == LoadKind::Volume;
             let mut motion = Motion::new(body(), load(&body()), scheme).unwrap();
+            let pumped = motion.load().kind() == LoadKind::Volume;
             let mut position = position;
             if pumped && velocity < 1.0 {
                 // a second pump with larger steps, which starts late
@@ -182,8 +182,8 @@ fn the_error_of_each_step_is_near_the_tolerance() {
                 motion.step_adaptive(&tolerance, 1.0).unwrap();
                 let rejected = motion.work().rejected;
                 assert!(!pumped || motion.work().steps > 1 || rejected == 0);
-                let dt = (motion.state().time - exact.state().time) / 20.0;
-                let end = [Stop::Time(motion.state().time)];
+                let dt = (motion.time() - exact.time()) / 20.0;
+                let end = [Stop::Time(motion.time())];
                 exact.run(TimeStep::Fixed(dt), &end).unwrap();
                 let off = |a: &[[f64; 2]], b: &[[f64; 2]]| {
                     let squares = a
@@ -237,7 +237,7 @@ fn a_volume_passed_within_the_first_step_stops_the_run() {
         assert_eq!(motion.work().steps, 1);
         assert!((motion.state().volume() / volume - 1.0).abs() < 1e-10);
         // on its way there, not back
-        assert!(motion.state().time < 0.8 && motion.state().volume_rate() * (f - 1.0) > 0.0);
+        assert!(motion.time() < 0.8 && motion.state().volume_rate() * (f - 1.0) > 0.0);
     }
     // a step is searched if the cubic through volumes and flows of its ends, here sampled, reaches the volume within it
     let mut searches = 0;
@@ -446,7 +446,7 @@ fn a_run_to_a_time_reached_to_rounding_makes_no_step() {
         let dt = TimeStep::Fixed(0.1);
         motion.run(dt, &[Stop::Steps(2)]).unwrap();
         motion.run(dt, &[Stop::Steps(steps - 2)]).unwrap();
-        assert!(motion.state().time != end && (motion.state().time / end - 1.0).abs() < 1e-15);
+        assert!(motion.time() != end && (motion.time() / end - 1.0).abs() < 1e-15);
         assert_eq!(motion.run(dt, &[Stop::Time(end)]), Ok(0));
         assert_eq!(motion.work().steps, steps);
     }

@@ -22,7 +22,7 @@ fn is_range<T: std::fmt::Debug>(result: Result<T, ImplicitError>) -> bool {
 
 #[test]
 fn bodies() {
-    assert_eq!(reference_body().with_mass(2.5).unwrap().mass, 2.5);
+    assert_eq!(reference_body().with_mass(2.5).unwrap().mass(), 2.5);
     assert!(matches!(
         Body::springs(&balloon(), 2),
         Err(ImplicitError::Membrane(_))
@@ -32,10 +32,6 @@ fn bodies() {
     }
     for bad in BAD {
         assert!(is_range(reference_body().with_damping(bad)), "{bad}");
-        let start = |body| Motion::new(body, Load::intensity(|_| 1.0), Scheme::TrBdf2);
-        let [mut mass, mut damping] = [reference_body(), reference_body()];
-        (mass.mass, damping.damping) = (bad, bad);
-        assert!(is_range(start(mass)) && is_range(start(damping)), "{bad}");
     }
 }
 
@@ -101,7 +97,7 @@ fn steps_and_runs() {
             is_range(motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0), Stop::Volume(bad)])),
             "{bad}"
         );
-        assert_eq!(motion.state().time, 0.0);
+        assert_eq!(motion.time(), 0.0);
     }
     let adaptive = inflate(Scheme::Splitting6).step_adaptive(&Tolerance::uniform(1e-3), 1.0);
     let unsupported = |scheme, what| Some(ImplicitError::Unsupported { scheme, what });
@@ -137,7 +133,7 @@ fn loads() {
     let run = motion.run(TimeStep::Fixed(0.2), &[Stop::Time(1.0)]);
     assert!(matches!(run, Err(ImplicitError::BadLoad { .. })));
     assert!(
-        (motion.state().time - 0.4).abs() < 1e-12,
+        (motion.time() - 0.4).abs() < 1e-12,
         "the state before the failed step"
     );
     let other = Motion::new(reference_body(), Load::volume(|_| 50.0), Scheme::TrBdf2);

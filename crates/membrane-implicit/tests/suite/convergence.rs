@@ -48,7 +48,7 @@ fn reference_trajectory_is_reached() {
         }
         previous = Some(found);
     }
-    assert_eq!(motion.state().time, 2.0);
+    assert_eq!(motion.time(), 2.0);
 }
 
 /// Largest distance over the nodes between a run and a much finer one.
@@ -126,7 +126,7 @@ fn adaptive_steps_have_errors_near_the_tolerance() {
                 .abs()
                 .max((motion.state().volume() / v - 1.0).abs());
             println!("{scheme:?} {tolerance:e}: {error:e}, {:?}", motion.work());
-            assert_eq!(motion.state().time, time);
+            assert_eq!(motion.time(), time);
             // errors of the steps add up, and an error of the velocity causes one of the position
             assert!(
                 error < 300.0 * tolerance && (error < last || error < 1e-7),
@@ -149,12 +149,12 @@ fn dense_output_has_the_accuracy_of_the_steps() {
         let mut error = 0.0f64;
         let mut half = Vec::new();
         fine.run_with(TimeStep::Fixed(6.25e-5), &[Stop::Time(0.5)], |m| {
-            half.push((m.state().time, m.state().points.to_vec()));
+            half.push((m.time(), m.state().points.to_vec()));
         })
         .unwrap();
         motion
             .run_with(TimeStep::Fixed(dt), &[Stop::Time(0.5)], |m| {
-                let time = m.state().time - 0.5 * dt;
+                let time = m.time() - 0.5 * dt;
                 let Some((_, truth)) = half.iter().find(|(t, _)| (t - time).abs() < 1e-9) else {
                     return;
                 };
@@ -328,7 +328,7 @@ fn a_stiffness_in_time_converges_with_order_two() {
             let mut motion = Motion::new(body, Load::intensity(|_| 12.0), scheme).unwrap();
             let dt = end / f64::from(steps);
             for _ in 0..steps {
-                let middle = stiffness(motion.state().time + 0.5 * dt);
+                let middle = stiffness(motion.time() + 0.5 * dt);
                 motion
                     .set_stiffness(Stiffness::constant(middle).unwrap())
                     .unwrap();

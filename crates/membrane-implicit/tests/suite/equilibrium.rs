@@ -216,7 +216,7 @@ fn adaptive_steps_grow_without_bound_near_equilibrium() {
         .solve(Control::Intensity(17.5), &NewtonOptions::default())
         .unwrap();
     assert!(distance(motion.state().points, &direct.points()) < 1e-7);
-    println!("{:?} at t = {}", motion.work(), motion.state().time);
+    println!("{:?} at t = {}", motion.work(), motion.time());
     assert!(motion.work().steps < 3_000);
 }
 
@@ -250,13 +250,7 @@ fn a_load_from_zero_does_not_stop_at_once() {
             assert_eq!(motion.work().steps, 0);
         }
         let ended = motion.run(steps, &[settled, Stop::Steps(5000)]);
-        assert_eq!(
-            ended,
-            Ok(0),
-            "{:?} at {}",
-            motion.work(),
-            motion.state().time
-        );
+        assert_eq!(ended, Ok(0), "{:?} at {}", motion.work(), motion.time());
         // forces balance to 1e-6; the smallest stiffness is of order one (pi^2 for half a wave)
         let apart = distance(motion.state().points, &direct.points());
         assert!(apart < 1e-6, "{apart:e}");

@@ -99,7 +99,7 @@ fn pressure_and_state_are_consistent() {
         let steps = TimeStep::Fixed(0.01);
         motion
             .run_with(steps, &[Stop::Steps(60)], |motion| {
-                let (state, time) = (motion.state(), motion.state().time);
+                let (state, time) = (motion.state(), motion.time());
                 let now = LoadState {
                     time,
                     volume: state.volume(),
@@ -327,7 +327,7 @@ fn unsupported_uses_of_feedback_are_errors() {
     for scheme in IMPLICIT {
         let mut motion = Motion::new(body(), Load::feedback(hole), scheme).unwrap();
         let run = motion.run(TimeStep::Fixed(0.1), &[Stop::Time(1.0)]);
-        let time = motion.state().time;
+        let time = motion.time();
         assert!(matches!(run, Err(ImplicitError::BadLoad { .. })), "{run:?}");
         assert!((time - 0.2).abs() < 1e-12, "the state before the step");
     }
@@ -344,13 +344,13 @@ fn an_observer_ends_a_run() {
         _ => ControlFlow::Continue(()),
     });
     assert_eq!(ended, Ok(ControlFlow::Break("seven")));
-    assert!((motion.state().time - 0.07).abs() < 1e-12 && motion.work().steps == 7);
+    assert!((motion.time() - 0.07).abs() < 1e-12 && motion.work().steps == 7);
     let never = |_: &Motion| ControlFlow::<()>::Continue(());
     assert_eq!(
         motion.run_observed(steps, &stops, never),
         Ok(ControlFlow::Continue(0))
     );
-    assert_eq!(motion.state().time, 1.0);
+    assert_eq!(motion.time(), 1.0);
 
     let options = EvolvingOptions::default();
     let whole = evolve(&balloon(), 51, 2500.0, &options).unwrap();

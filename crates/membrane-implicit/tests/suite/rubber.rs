@@ -188,7 +188,7 @@ fn a_filled_balloon_ends_in_equilibrium() {
     let mut motion = motion(body, load);
     motion
         .run_with(TimeStep::Fixed(0.25), &[Stop::Steps(1200)], |motion| {
-            let wanted = start + inflow(motion.state().time);
+            let wanted = start + inflow(motion.time());
             assert!((motion.state().volume() / wanted - 1.0).abs() < 1e-11);
         })
         .unwrap();

@@ -253,6 +253,13 @@ fn a_volume_out_of_range_is_an_error() {
         let pair = Pair::new(inner, solver(PressureLaw::PerMaterialLength, 2.75)).unwrap();
         refused(pair.solve(control, &options).map(drop));
     }
+    let empty = solver(PressureLaw::PerMaterialLength, 1.75)
+        .solve(Control::VolumeGain(-1.0), &options)
+        .unwrap_err();
+    assert_eq!(
+        empty.to_string(),
+        "volume gain is -1.0; it must be finite and greater than -1.0"
+    );
 }
 
 /// A length of 1e200 is finite; its square and its cube overflow.
