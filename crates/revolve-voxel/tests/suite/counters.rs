@@ -89,7 +89,9 @@ fn a_smaller_tolerance_of_coverage_costs_little() {
     // increase the work.
     for log in 3..8 {
         let growth = work(10f64.powi(-log - 1)) / work(10f64.powi(-log));
-        assert!(growth < 2.0, "{log} {growth}");
+        // At 1e-3 a local approximation is sufficient for most of these voxels, at 1e-4 for none.
+        let most = if log == 3 { 3.0 } else { 2.0 };
+        assert!(growth < most, "{log} {growth}");
     }
 }
 
