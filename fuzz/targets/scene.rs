@@ -1,7 +1,7 @@
 //! Texts of scenes: an accepted scene is written and read again without a change.
 #![no_main]
 
-use heart_cohort::heart_phantom::scene::Scene;
+use heart_cohort::heart_phantom::Scene;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|text: &str| {

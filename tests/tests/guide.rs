@@ -2,7 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 use membrane_newton::{
     Control, Discretisation, Equilibrium, Membrane, NewtonOptions, Pair, PairEquilibrium,
     PressureLaw, ReferenceShape, Solver, Stiffness,

@@ -8,7 +8,8 @@ use std::time::Instant;
 
 use benches::{Effort, Row, Time, gaussian_blur, on_threads, timed};
 use criterion::Criterion;
-use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{Accuracy, Mode};
 use heart_phantom::{BinSample, Phantom, no_observer, scene};
 use heart_study::StudyOptions;
 use radon::{
@@ -27,7 +28,9 @@ struct Scene {
 
 impl Scene {
     fn new(views: usize, size: usize, nodes: usize) -> Self {
-        let mut scene = scene::Scene::default().with_size(size).with_mode(STILL);
+        let mut scene = heart_phantom::Scene::default()
+            .with_size(size)
+            .with_mode(STILL);
         scene.heart.discretisation = DiscretisationSettings::Differences { nodes };
         scene.camera.views = views;
         let phantom = Phantom::new(scene).expect("a scene");
@@ -165,21 +168,21 @@ fn rows(effort: Effort) {
 
 /// Exact views of a static heart through a collimator, with and without a chest around it.
 fn through_a_collimator(size: usize, chest: bool, tolerance: f64) -> Phantom {
-    let mut scene = scene::Scene::default()
+    let mut scene = heart_phantom::Scene::default()
         .with_size(size)
-        .with_mode(scene::Mode::Static { phase: 0.0 });
+        .with_mode(heart_phantom::Mode::Static { phase: 0.0 });
     scene.camera.views = 64;
     scene.camera.arc = 360.0;
     scene.camera.pitch = [51.2 / size as f64; 2];
-    scene.camera.radius = scene::Orbit::Circle(24.0);
+    scene.camera.radius = heart_phantom::Orbit::Circle(24.0);
     scene.collimator = Some(scene::CollimatorSettings {
         holes: scene::HolesSettings::GeLehr,
         intrinsic_fwhm: 0.38,
     });
-    scene.acquisition.accuracy = scene::Accuracy::Tolerance(tolerance);
+    scene.acquisition.accuracy = heart_phantom::Accuracy::Tolerance(tolerance);
     scene.camera.samples = Some(BinSample::Centres);
     if chest {
-        scene.chest = Some(scene::Chest::default());
+        scene.chest = Some(heart_phantom::Chest::default());
     }
     Phantom::new(scene).expect("a scene")
 }
@@ -362,9 +365,9 @@ fn gated_studies(effort: Effort) {
         Effort::Full => &[32, 64, 128],
     };
     for &size in sizes {
-        let mut scene = scene::Scene::default()
+        let mut scene = heart_phantom::Scene::default()
             .with_size(size)
-            .with_mode(scene::Mode::Gated { gates: 16 });
+            .with_mode(heart_phantom::Mode::Gated { gates: 16 });
         scene.camera.views = 64;
         let volumes = || {
             let phantom = Phantom::new(scene.clone()).expect("a scene");

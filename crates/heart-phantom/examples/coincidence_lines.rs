@@ -4,7 +4,7 @@
 
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::revolve_voxel::{Lines, Ray};
-use heart_phantom::scene::{Mode, Scene};
+use heart_phantom::{Mode, Scene};
 use heart_phantom::{Phantom, RayGeometry, no_observer};
 use std::error::Error;
 use std::f64::consts::TAU;

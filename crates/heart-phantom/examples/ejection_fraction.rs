@@ -3,7 +3,8 @@
 //!
 //! `cargo run --release -p heart-phantom --example ejection_fraction`
 
-use heart_phantom::scene::{Accuracy, Mode, ScatterSettings, Scene};
+use heart_phantom::scene::ScatterSettings;
+use heart_phantom::{Accuracy, Mode, Scene};
 use heart_phantom::{
     BinSample, Method, Osem, Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange,
 };

@@ -2,7 +2,7 @@
 //!
 //! `cargo run --release -p heart-phantom --example gated_spect -- [VOXELS]`
 
-use heart_phantom::scene::{Accuracy, Mode, Scene, Window};
+use heart_phantom::{Accuracy, Mode, Scene, radon::Window};
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange};
 use std::time::Instant;
 

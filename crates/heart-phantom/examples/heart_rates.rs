@@ -3,7 +3,7 @@
 //!
 //! `cargo run --release -p heart-phantom --example heart_rates`
 
-use heart_phantom::scene::{Mode, Scene};
+use heart_phantom::{Mode, Scene};
 use heart_phantom::{Phantom, PhantomError, no_observer};
 use std::collections::BTreeSet;
 

@@ -3,8 +3,8 @@
 //!
 //! `cargo run --release -p heart-phantom --example monte_carlo -- DIR`
 
+use heart_phantom::Scene;
 use heart_phantom::files::{self, Format, Volume};
-use heart_phantom::scene::Scene;
 use heart_phantom::{Phantom, PhantomError};
 use std::path::PathBuf;
 

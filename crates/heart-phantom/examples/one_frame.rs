@@ -1,9 +1,9 @@
 //! An upper bound for motion-compensated reconstruction: sixteen gates by OSEM with the exact motion, compared with a static heart and an ungated one
 //! at equal counts. `cargo run --release -p heart-phantom --example one_frame -- [VOXELS]`.
 
-use heart_phantom::scene::{
-    Accuracy, Attenuation, CollimatorSettings, Compensation, Counts, HolesSettings, Medium, Method,
-    Mode, Noise, Osem, Scene,
+use heart_phantom::scene::{CollimatorSettings, HolesSettings};
+use heart_phantom::{
+    Accuracy, Attenuation, Compensation, Counts, Medium, Method, Mode, Noise, Osem, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, no_observer};
 

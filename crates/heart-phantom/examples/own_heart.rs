@@ -4,7 +4,8 @@
 
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{Accuracy, Attenuation, BlurSettings, Medium, Scene};
+use heart_phantom::scene::BlurSettings;
+use heart_phantom::{Accuracy, Attenuation, Medium, Scene};
 use heart_phantom::{
     Counts, Defect, Heart, Mode, Noise, Phantom, PhantomError, VolumeCurve, VolumeRange,
 };

@@ -97,8 +97,12 @@ pub use scan::{
     view_time::{ViewReport, ViewTime},
 };
 pub use scene::{
-    CompensatedReport, GateReport, GateResults, MeasuredEjection, PictureReport, Progress, Run,
-    RunReport, Scene, SliceOrders, run,
+    run::{GateResults, Run, run},
+    run_report::{
+        CompensatedReport, GateReport, MeasuredEjection, PictureReport, Progress, RunReport,
+        SliceOrders,
+    },
+    study::Scene,
 };
 pub use text::{chain, escape};
 pub use truth::regions::{ImageQuality, Regions};

@@ -5,7 +5,7 @@
 #![cfg(unix)] // requires a system that can remove open files
 
 use heart_phantom::files::{self, write_atomically};
-use heart_phantom::scene::{Attenuation, Medium, Mode, Product, Scene};
+use heart_phantom::{Attenuation, Medium, Mode, Product, Scene};
 use heart_phantom::{Phantom, PhantomError};
 use std::fs;
 use std::path::Path;

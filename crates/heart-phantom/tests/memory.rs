@@ -3,9 +3,10 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::unwrap_used)]
 
 use heart_phantom::files::Format;
-use heart_phantom::scene::{
-    Accuracy, Attenuation, CollimatorSettings, Counts, Defect, DiscretisationSettings, GateFiles,
-    HolesSettings, Medium, Method, Mode, Noise, Osem, Product, Scene, Twist,
+use heart_phantom::scene::{CollimatorSettings, DiscretisationSettings, HolesSettings};
+use heart_phantom::{
+    Accuracy, Attenuation, Counts, Defect, GateFiles, Medium, Method, Mode, Noise, Osem, Product,
+    Scene, Twist,
 };
 use heart_phantom::{Phantom, no_observer, run};
 use peak_alloc::PeakAlloc;

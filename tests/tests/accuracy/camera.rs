@@ -4,8 +4,11 @@ mod definition;
 
 use crate::Row;
 use heart_phantom::scene::{
-    Accuracy, ArcPolicy, Attenuation, Background, BinSample, BlurSettings, Chest,
-    CollimatorSettings, DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, Scene,
+    BlurSettings, CollimatorSettings, DiscretisationSettings, HolesSettings,
+};
+use heart_phantom::{
+    Accuracy, Attenuation, Background, BinSample, Chest, Medium, Mode, Orbit, Scene,
+    radon::ArcPolicy,
 };
 use heart_phantom::{Defect, Phantom, Twist, no_observer};
 use tests::Random;

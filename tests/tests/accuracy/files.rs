@@ -2,7 +2,8 @@
 
 use crate::Row;
 use heart_phantom::Phantom;
-use heart_phantom::scene::{DiscretisationSettings, Mode, Scene};
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{Mode, Scene};
 use tests::Random;
 
 pub(crate) const ROWS: &[Row] = &[Row {

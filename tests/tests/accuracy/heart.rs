@@ -10,8 +10,9 @@ use heart_phantom::membrane_newton::{
     Thickness,
 };
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{ArcPolicy, DiscretisationSettings, Mode, Scene};
+use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{Heart, Method, Osem, Phantom, no_observer};
+use heart_phantom::{Mode, Scene, radon::ArcPolicy};
 use nalgebra::Point3;
 use tests::Random;
 

@@ -1,7 +1,8 @@
 //! Collimators beside published widths, sensitivities and attenuation, and the spread of models of their response.
 
-use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode, Orbit, Scene};
+use heart_phantom::scene::{CollimatorSettings, HolesSettings};
 use heart_phantom::{Chest, Phantom, no_observer};
+use heart_phantom::{Mode, Orbit, Scene};
 use radon::{Collimator, HoleResponse, ParallelHoles};
 use std::f64::consts::{PI, TAU};
 

@@ -1,9 +1,9 @@
 //! Partial volume in closed form: a ball and the wall of a tube, blurred by the camera, through the whole pipeline.
 
 use heart_phantom::scene::{
-    Attenuation, BlurSettings, CollimatorSettings, HolesSettings, Medium, Mode, OrganSettings,
-    OrganShapeSettings, Scene,
+    BlurSettings, CollimatorSettings, HolesSettings, OrganSettings, OrganShapeSettings,
 };
+use heart_phantom::{Attenuation, Medium, Mode, Scene};
 use heart_phantom::{Method, Osem, Phantom, Uptake, no_observer};
 use radon::Collimator;
 use std::f64::consts::{PI, SQRT_2};
@@ -45,7 +45,7 @@ fn scene() -> Scene {
     scene.camera.arc = 360.0;
     (scene.camera.bins, scene.camera.rows) = (BINS, ROWS);
     scene.camera.pitch = [PITCH; 2];
-    scene.camera.radius = heart_phantom::scene::Orbit::Circle(FACE);
+    scene.camera.radius = heart_phantom::Orbit::Circle(FACE);
     scene
 }
 

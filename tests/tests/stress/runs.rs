@@ -2,7 +2,7 @@
 
 use crate::scenes::{number, text};
 use crate::{Outcome, with_threads};
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 use heart_phantom::{Phantom, no_observer, run};
 use std::collections::BTreeMap;
 use std::path::Path;

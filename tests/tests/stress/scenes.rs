@@ -1,7 +1,7 @@
 //! Random scene files and all products of a phantom: views, slices, ground truth, numbers, each alone and with others.
 
 use crate::{Outcome, with_threads};
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 use heart_phantom::{Phantom, no_observer};
 use tests::Random;
 

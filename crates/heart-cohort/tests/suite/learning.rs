@@ -57,8 +57,7 @@ fn a_shard_is_read_as_it_was_written() {
                 let written = files.remove(&format!("{}.{name}", member.row.key));
                 assert_eq!(Some(bytes), written.as_ref());
             }
-            let scene: heart_cohort::heart_phantom::scene::Scene =
-                member.json("scene.json").unwrap();
+            let scene: heart_cohort::heart_phantom::Scene = member.json("scene.json").unwrap();
             assert_eq!(
                 scene,
                 cohort.member(member.row.member).unwrap().scene().unwrap()

@@ -44,7 +44,7 @@ impl Phantom {
     /// `progress` receives the number of completed OSEM iterations: 0 before the first, and with FBP.
     ///
     /// ```
-    /// use heart_phantom::scene::{Mode, Scene};
+    /// use heart_phantom::{Mode, Scene};
     /// use heart_phantom::{Compensation, Method, Osem, Phantom, no_observer};
     /// let mut scene = Scene::default().with_size(24).with_mode(Mode::Gated { gates: 4 });
     /// scene.camera.views = 12;

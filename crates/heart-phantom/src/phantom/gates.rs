@@ -17,7 +17,7 @@ impl Phantom {
     /// them; each shape is projected once. For 16 gates of a sinusoid this takes a third of the rays.
     ///
     /// ```
-    /// use heart_phantom::{Phantom, Scene, no_observer, scene::Mode};
+    /// use heart_phantom::{Phantom, Scene, no_observer, Mode};
     /// let scene = Scene::default().with_size(16).with_mode(Mode::Gated { gates: 8 });
     /// let together = Phantom::new(scene.clone())?;
     /// assert_eq!(together.sinograms_of_gates()?.len(), 8 * 90 * 16 * 16);

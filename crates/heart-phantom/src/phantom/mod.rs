@@ -54,7 +54,7 @@ use work::Work;
 /// whole. Shapes are solved once and stored; [`Phantom::work`] counts the work. Results are bitwise identical for any number of threads.
 ///
 /// ```
-/// use heart_phantom::{Phantom, scene::{Mode, Scene}};
+/// use heart_phantom::{Phantom, Mode, Scene};
 /// let scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
 /// let phantom = Phantom::new(scene)?;
 /// assert_eq!(phantom.work().shapes_solved, 0);

@@ -23,7 +23,7 @@ impl Phantom {
     /// memory, an error of a shape that was not solved.
     ///
     /// ```
-    /// use heart_phantom::{Phantom, PhantomError, scene::{Background, Scene}};
+    /// use heart_phantom::{Phantom, PhantomError, Background, Scene};
     /// let narrow = Background { concentration: 1.0, centre: [0.0; 2], semi_axes: [4.0, 5.0] };
     /// let scene = Scene { background: Some(narrow), ..Scene::default().with_size(32) };
     /// let error = Phantom::new(scene)?.prepare().unwrap_err();

@@ -53,7 +53,8 @@ impl Phantom {
     /// same attenuation.
     ///
     /// ```
-    /// use heart_phantom::scene::{Mode, ScatterSettings};
+    /// use heart_phantom::scene::ScatterSettings;
+    /// use heart_phantom::Mode;
     /// use heart_phantom::{Chest, Phantom, Scene};
     /// let mut scene = Scene::default().with_size(8).with_mode(Mode::Static { phase: 0.0 });
     /// scene.camera.views = 4;

@@ -21,7 +21,7 @@ impl Phantom {
     /// of one view only if line integrals may alias. Whether all views and products can be computed is checked by [`Phantom::prepare`] only.
     ///
     /// ```
-    /// use heart_phantom::{Phantom, WarningKind, scene::{Mode, Scene}};
+    /// use heart_phantom::{Phantom, WarningKind, Mode, Scene};
     /// let mut scene = Scene::default().with_size(32).with_mode(Mode::Static { phase: 0.5 });
     /// assert!(Phantom::new(scene.clone())?.warnings()?.is_empty());
     /// scene.pose.shift = [3.0, 0.0, 0.0];

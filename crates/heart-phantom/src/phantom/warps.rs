@@ -51,7 +51,7 @@ impl Phantom {
     ///
     /// ```
     /// use heart_phantom::radon::LinearOperator;
-    /// use heart_phantom::{Phantom, scene::{Mode, Scene}};
+    /// use heart_phantom::{Phantom, Mode, Scene};
     /// let phantom = Phantom::new(Scene::default().with_size(32).with_mode(Mode::Gated { gates: 4 }))?;
     /// let still = phantom.activity(phantom.reference())?;
     /// let mut moved = vec![0.0f32; still.len()];

@@ -9,7 +9,10 @@ use crate::scan::VOXELS;
 use crate::scene::beam::with_rays;
 use crate::scene::build;
 use crate::text::{Number, enough};
-use crate::{Camera, Cycle, Heart, Uptake, VolumeCurve, VolumeRange};
+use crate::{
+    Attenuation, Camera, Counts, Cycle, Decay, Defect, Heart, Medium, Method, Mode, Uptake,
+    VolumeCurve, VolumeRange,
+};
 
 /// Validates a scene and builds its objects; `own` replaces `[heart]` and `[pose]`. Solves no shape.
 pub(crate) fn parts(scene: Scene, own: Option<Heart>) -> Result<Parts, SceneError> {

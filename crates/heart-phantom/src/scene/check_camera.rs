@@ -2,6 +2,7 @@
 
 use super::finding::{Check, array_of};
 use super::*;
+use crate::Orbit;
 use crate::ranges;
 use crate::text::Number;
 

@@ -2,9 +2,9 @@
 
 use super::finding::{Check, spelled};
 use super::*;
-use crate::Camera;
 use crate::files::{Format, FormatInfo};
 use crate::ranges;
+use crate::{Camera, Product, ProjectionValues, Rotation};
 
 pub(super) fn output(scene: &Scene, camera: Option<&Camera>, c: &mut Check) {
     let (output, mode) = (&scene.output, scene.acquisition.mode);

@@ -7,8 +7,8 @@ use crate::phantom::Needs;
 use crate::ranges;
 use crate::scan::LEAST_DIRECTIONS;
 use crate::text::{Number, enough};
-use crate::{Camera, Uptake};
-use radon::RadonError;
+use crate::{Breathing, Camera, Compensation, Method, Osem, Uptake};
+use radon::{ArcPolicy, RadonError, Window};
 
 /// Largest width of a filter in voxels.
 const MOST_FILTERED: f64 = 1e6;

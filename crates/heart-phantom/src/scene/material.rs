@@ -12,7 +12,8 @@ use membrane_forces::{MembraneError, PressureLaw, StrainEnergy};
 ///
 /// ```
 /// use heart_phantom::membrane_forces::StrainEnergy;
-/// use heart_phantom::scene::{MaterialSettings, Scene};
+/// use heart_phantom::scene::MaterialSettings;
+/// use heart_phantom::Scene;
 /// let scene = Scene::from_toml("[heart]\nmaterial = { gent = { mu = 400.0, jm = 30.0, thickness = 0.5 } }\n")?;
 /// let energy = StrainEnergy::Gent { mu: 400.0, jm: 30.0 };
 /// assert_eq!(scene.heart.material, MaterialSettings::Rubber { energy, thickness: 0.5 });

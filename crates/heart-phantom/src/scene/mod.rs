@@ -1,4 +1,5 @@
-//! Scenes: the settings of a study, their TOML file, validation and the run.
+//! The sections of a [`Scene`](crate::Scene), its TOML file and validation. Types that are also used without a scene are in the root
+//! of the crate, [`radon::Window`], [`radon::ArcPolicy`] and [`membrane_newton::PressureLaw`] in the re-exported crates.
 //!
 //! # Scene files
 //! In TOML, fields and variants with data are keys in snake case (`beats_per_minute`, `{ per_unit = 10.0 }`); variants without data are
@@ -29,21 +30,15 @@ mod motion;
 mod parts;
 mod place;
 mod read;
-mod run;
+pub(crate) mod run;
 mod run_compensated;
-mod run_report;
+pub(crate) mod run_report;
 mod run_write;
 mod sections;
 mod source;
-mod study;
+pub(crate) mod study;
 mod template;
 
-pub use crate::{
-    Accuracy, Activity, Attenuation, Background, Balloon, Beats, BinSample, Breathing,
-    BreathingCurve, Chest, Compensation, Counting, Counts, Decay, Defect, GateFiles, GatedBy,
-    Medium, Method, Mode, Noise, Orbit, Osem, Output, Product, ProjectionValues, RespiratoryGates,
-    Rotation, RrIntervals, Twist,
-};
 pub(crate) use build::WORK_BYTES;
 pub use camera::{BeamSettings, CameraSettings, HeadsSettings};
 pub(crate) use check_beam::needs_parallel;
@@ -51,20 +46,13 @@ pub(crate) use file::exactly;
 pub(crate) use finding::{Check, array_of, place_in};
 pub use finding::{Finding, SceneError};
 pub use material::MaterialSettings;
-pub use membrane_forces::PressureLaw;
 pub use motion::PointSettings;
 pub(crate) use parts::Parts;
 pub use place::{locate, read_toml};
-pub use radon::{ArcPolicy, Window};
 pub use read::read_text;
-pub use run::{GateResults, Run, run};
-pub use run_report::{
-    CompensatedReport, GateReport, MeasuredEjection, PictureReport, Progress, RunReport,
-    SliceOrders,
-};
 pub use sections::{
     AcquisitionSettings, BlurSettings, CollimatorSettings, CycleSettings, DiscretisationSettings,
     HeartSettings, HolesSettings, OrganSettings, OrganShapeSettings, PixelRange, PoseSettings,
     ReconstructionSettings, ScatterSettings, TruthSettings,
 };
-pub use study::Scene;
+pub(crate) use study::Scene;

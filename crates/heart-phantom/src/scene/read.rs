@@ -57,7 +57,7 @@ impl Scene {
     /// are relative to the working directory.
     ///
     /// ```
-    /// use heart_phantom::scene::Scene;
+    /// use heart_phantom::Scene;
     /// let scene = Scene::from_json(r#"{"camera": {"views": 30}}"#)?;
     /// assert_eq!(scene.camera.views, 30);
     /// assert_eq!(Scene::from_json(&scene.to_json())?, scene);

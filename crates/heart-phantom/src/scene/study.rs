@@ -18,7 +18,8 @@ use serde::{Deserialize, Serialize};
 /// types use radians).
 ///
 /// ```
-/// use heart_phantom::scene::{BlurSettings, Counts, Mode, Noise, Scene};
+/// use heart_phantom::scene::BlurSettings;
+/// use heart_phantom::{Counts, Mode, Noise, Scene};
 /// let mut scene = Scene::default().with_mode(Mode::Gated { gates: 8 });
 /// scene.camera.views = 60;
 /// scene.blur = Some(BlurSettings { fwhm: 0.8 });

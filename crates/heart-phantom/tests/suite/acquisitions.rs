@@ -1,9 +1,7 @@
 //! Projections and ground truth: conservation, symmetry and mutual consistency.
 
-use heart_phantom::scene::{
-    Accuracy, Activity, ArcPolicy, Breathing, CameraSettings, DiscretisationSettings, Mode,
-    Rotation, Scene,
-};
+use heart_phantom::scene::{CameraSettings, DiscretisationSettings};
+use heart_phantom::{Accuracy, Activity, Breathing, Mode, Rotation, Scene, radon::ArcPolicy};
 use heart_phantom::{
     Heart, ImageQuality, MotionPhase, Phantom, PhantomError, Sinograms, Uptake, VolumeRange,
     no_observer,

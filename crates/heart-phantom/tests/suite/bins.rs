@@ -1,9 +1,12 @@
 //! Bin averages against closed forms, quadrature by the definition and finer bins; stated errors.
 
 use heart_phantom::scene::{
-    Accuracy, ArcPolicy, Attenuation, BinSample, BlurSettings, CollimatorSettings, Defect,
-    DiscretisationSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings,
-    Product, Rotation, Scene,
+    BlurSettings, CollimatorSettings, DiscretisationSettings, HolesSettings, OrganSettings,
+    OrganShapeSettings,
+};
+use heart_phantom::{
+    Accuracy, Attenuation, BinSample, Defect, Medium, Mode, Orbit, Product, Rotation, Scene,
+    radon::ArcPolicy,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use std::f64::consts::{LN_2, PI};

@@ -1,6 +1,6 @@
 //! Inputs at the ends of their ranges: results scale, or an error occurs before any work.
 
-use heart_phantom::scene::{ArcPolicy, Mode, Product, Scene};
+use heart_phantom::{Mode, Product, Scene, radon::ArcPolicy};
 use heart_phantom::{Phantom, PhantomError, Warning, WarningKind, no_observer, run};
 
 /// A twisted heart with a defect, all lengths times `scale`.
@@ -255,7 +255,7 @@ fn insufficient_memory_is_an_error_before_any_view() {
     scene.camera.views = 1;
     scene.reconstruction.arc = ArcPolicy::Extend;
     scene = scene.with_mode(Mode::Gated { gates: 64 });
-    scene.output.gates = heart_phantom::scene::GateFiles::OneFile;
+    scene.output.gates = heart_phantom::GateFiles::OneFile;
     let phantom = Phantom::new(scene).unwrap();
     // 64 gates of two volumes of 8 GB each exceed the memory of any test machine.
     assert!(phantom.memory().total() > 1 << 40);

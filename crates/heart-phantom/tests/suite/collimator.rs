@@ -1,10 +1,9 @@
 //! Projections through a collimator against moments, a direct sum over depths, and symmetries.
 
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
-use heart_phantom::scene::{Accuracy, ArcPolicy, BinSample};
-use heart_phantom::scene::{
-    Attenuation, CollimatorSettings, Counts, HolesSettings, Medium, Mode, Noise, Orbit, Scene,
-};
+use heart_phantom::scene::{CollimatorSettings, HolesSettings};
+use heart_phantom::{Accuracy, BinSample, radon::ArcPolicy};
+use heart_phantom::{Attenuation, Counts, Medium, Mode, Noise, Orbit, Scene};
 use heart_phantom::{Phantom, PhantomError, no_observer};
 use radon::Collimator;
 use std::f64::consts::LN_2;

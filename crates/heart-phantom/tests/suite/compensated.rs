@@ -2,7 +2,7 @@
 
 use crate::phantom::small;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
-use heart_phantom::scene::*;
+use heart_phantom::*;
 use heart_phantom::{Phantom, VolumeRange, no_observer};
 use radon::{FbpOptions, FbpPlan, ImageGrid, StackOrder, add_shifted};
 

@@ -1,8 +1,7 @@
 //! Expected counts from the sensitivity of the camera: activity in MBq, acquisition time, decay.
 
-use heart_phantom::scene::{
-    Counting, Counts, Decay, DiscretisationSettings, Mode, Noise, Product, ProjectionValues, Scene,
-};
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{Counting, Counts, Decay, Mode, Noise, Product, ProjectionValues, Scene};
 use heart_phantom::{Phantom, PhantomError, Rotation, Uptake, no_observer, run};
 use std::f64::consts::LN_2;
 use std::path::Path;

@@ -2,7 +2,7 @@
 
 use heart_phantom::membrane_newton::{Discretisation, MembraneError};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{Background, Scene};
+use heart_phantom::{Background, Scene};
 use heart_phantom::{Balloon, Heart, Phantom, PhantomError, escape};
 use std::error::Error;
 use std::io;

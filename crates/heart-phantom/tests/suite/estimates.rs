@@ -1,9 +1,9 @@
 //! Estimates of memory against sizes of arrays, for scenes whose numbers of voxels, samples and shapes are known.
 
-use heart_phantom::scene::{
-    Accuracy, Attenuation, BinSample, Breathing, Compensation, Defect, DiscretisationSettings,
-    Medium, Method, Mode, OrganSettings, OrganShapeSettings, Osem, Product, RespiratoryGates,
-    Rotation, Scene,
+use heart_phantom::scene::{DiscretisationSettings, OrganSettings, OrganShapeSettings};
+use heart_phantom::{
+    Accuracy, Attenuation, BinSample, Breathing, Compensation, Defect, Medium, Method, Mode, Osem,
+    Product, RespiratoryGates, Rotation, Scene,
 };
 use heart_phantom::{Memory, Phantom, Wall, no_observer};
 

@@ -2,8 +2,10 @@
 
 use heart_phantom::files::Format;
 use heart_phantom::scene::{
-    Accuracy, Background, BlurSettings, CollimatorSettings, Counts, Defect, DiscretisationSettings,
-    GateFiles, HolesSettings, Mode, Noise, Product, Scene, run,
+    BlurSettings, CollimatorSettings, DiscretisationSettings, HolesSettings,
+};
+use heart_phantom::{
+    Accuracy, Background, Counts, Defect, GateFiles, Mode, Noise, Product, Scene, run,
 };
 use heart_phantom::{
     Breathing, Phantom, PhantomError, RespiratoryGates, Rotation, VolumeCurve, VolumeRange,

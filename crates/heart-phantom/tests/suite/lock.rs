@@ -2,7 +2,7 @@
 #![cfg(unix)]
 
 use heart_phantom::files::Folder;
-use heart_phantom::{Phantom, PhantomError, Scene, no_observer, run, scene::Mode};
+use heart_phantom::{Mode, Phantom, PhantomError, Scene, no_observer, run};
 use std::fs;
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::fs::symlink;

@@ -1,6 +1,7 @@
 //! Observers that stop a computation: it returns an error and leaves no report, and the next computation is bitwise identical.
 
-use heart_phantom::scene::{Accuracy, DiscretisationSettings, Mode};
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{Accuracy, Mode};
 use heart_phantom::{
     Compensation, Defect, Method, Osem, Phantom, PhantomError, Product, Progress, Run, RunReport,
     Scene, no_observer, run,

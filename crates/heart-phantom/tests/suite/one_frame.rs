@@ -6,6 +6,7 @@ use heart_phantom::radon::{
     StackOrder, Stopping, Warp, mlem,
 };
 use heart_phantom::scene::*;
+use heart_phantom::*;
 use heart_phantom::{
     Artefacts, ImageQuality, MaterialPoint, MotionPhase, Phantom, PhantomError, Uptake,
     no_observer, run,

@@ -1,10 +1,8 @@
 //! The voxel operator of `radon` on exact voxels against exact projections: they share neither rays nor blurs of slabs.
 
 use heart_phantom::radon::{LinearOperator, SliceAxis, SpectGeometry, SpectOperator, SpectOptions};
-use heart_phantom::scene::{
-    Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HolesSettings, Medium,
-    Mode, Orbit, Product, Scene,
-};
+use heart_phantom::scene::{CollimatorSettings, DiscretisationSettings, HolesSettings};
+use heart_phantom::{Attenuation, BinSample, Medium, Mode, Orbit, Product, Scene};
 use heart_phantom::{Phantom, no_observer};
 
 /// An attenuating heart, through a collimator on an elliptic orbit; bin averages, as in the operator.

@@ -1,8 +1,10 @@
 //! Orbits and heads: positions of the collimator faces, times of the views, and reports.
 
 use heart_phantom::scene::{
-    ArcPolicy, Attenuation, BinSample, CollimatorSettings, DiscretisationSettings, HeadsSettings,
-    HolesSettings, Medium, Mode, Orbit, Product, Scene,
+    CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings,
+};
+use heart_phantom::{
+    Attenuation, BinSample, Medium, Mode, Orbit, Product, Scene, radon::ArcPolicy,
 };
 use heart_phantom::{Phantom, PhantomError, Rotation, Warning, WarningKind, no_observer, run};
 use std::f64::consts::PI;

@@ -1,9 +1,7 @@
 //! Organs around the heart: a cylinder equals background and torso, and sums equal closed forms.
 
-use heart_phantom::scene::{
-    Attenuation, Background, Chest, DiscretisationSettings, Medium, Mode, OrganSettings,
-    OrganShapeSettings, Product, Scene,
-};
+use heart_phantom::scene::{DiscretisationSettings, OrganSettings, OrganShapeSettings};
+use heart_phantom::{Attenuation, Background, Chest, Medium, Mode, Product, Scene};
 use heart_phantom::{Phantom, WarningKind, no_observer, run};
 use std::f64::consts::PI;
 

@@ -1,11 +1,11 @@
 //! Volumes by OSEM: accuracy, cost and errors.
 
 use heart_phantom::scene::{
-    Attenuation, Background, CollimatorSettings, Compensation, DiscretisationSettings,
-    HeadsSettings, HolesSettings, Medium, Mode, Orbit, OrganSettings, OrganShapeSettings,
-    PixelRange, Scene,
+    CollimatorSettings, DiscretisationSettings, HeadsSettings, HolesSettings, OrganSettings,
+    OrganShapeSettings, PixelRange,
 };
 use heart_phantom::{Accuracy, Method, Osem, Phantom, PhantomError, Uptake, no_observer, run};
+use heart_phantom::{Attenuation, Background, Compensation, Medium, Mode, Orbit, Scene};
 use std::sync::Mutex;
 
 /// Projections of the heart in the reference configuration within a torso through a collimator, bins of half a centimetre.

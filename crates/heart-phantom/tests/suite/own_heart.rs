@@ -3,11 +3,12 @@
 use heart_phantom::membrane_newton::membrane_forces::PressureLaw;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::Pose;
-use heart_phantom::scene::{Attenuation, BlurSettings, DiscretisationSettings, Medium, Scene};
+use heart_phantom::scene::{BlurSettings, DiscretisationSettings};
 use heart_phantom::{
     Accuracy, Balloon, BinSample, Counts, Defect, Heart, Mode, Noise, Phantom, VolumeCurve,
     VolumeRange, no_observer, run,
 };
+use heart_phantom::{Attenuation, Medium, Scene};
 use proptest::prelude::*;
 use std::f64::consts::{FRAC_PI_4, PI};
 

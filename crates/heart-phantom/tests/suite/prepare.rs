@@ -2,6 +2,7 @@
 
 use heart_phantom::files::Format;
 use heart_phantom::scene::*;
+use heart_phantom::*;
 use heart_phantom::{Phantom, PhantomError, Uptake, no_observer, run};
 use proptest::prelude::*;
 use std::fs;

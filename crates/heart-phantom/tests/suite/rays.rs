@@ -5,6 +5,7 @@ mod rejected;
 use heart_phantom::revolve_voxel::nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use heart_phantom::revolve_voxel::{Lines, ParallelDetector, Ray};
 use heart_phantom::scene::*;
+use heart_phantom::*;
 use heart_phantom::{Phantom, PhantomError, RayGeometry, Uptake, WarningKind, no_observer};
 use std::path::Path;
 

@@ -3,6 +3,7 @@
 use crate::phantom::small;
 use heart_phantom::revolve_voxel::nalgebra::Vector3;
 use heart_phantom::scene::*;
+use heart_phantom::*;
 use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf, no_observer};
 use std::collections::BTreeMap;
 
@@ -280,7 +281,7 @@ fn check_heads(scene: &Scene, n: usize, most: f64) {
 fn with_two_heads(mode: Mode) -> Scene {
     let mut scene = slow(mode, 2.6).with_size(16);
     (scene.camera.views, scene.camera.arc) = (2, 180.0);
-    scene.reconstruction.arc = ArcPolicy::Extend;
+    scene.reconstruction.arc = radon::ArcPolicy::Extend;
     scene.camera.heads = HeadsSettings::Two { angle: 90.0 };
     scene.breathing = Some(breathing());
     scene

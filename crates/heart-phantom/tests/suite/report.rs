@@ -1,8 +1,9 @@
 //! The entries of a run's report against its files.
 
-use heart_phantom::scene::{
-    Accuracy, Attenuation, Counts, DiscretisationSettings, Medium, Mode, Noise, PressureLaw,
-    Product, Scene,
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{
+    Accuracy, Attenuation, Counts, Medium, Mode, Noise, Product, Scene,
+    membrane_newton::PressureLaw,
 };
 use heart_phantom::{
     GateReport, Phantom, PolarMap, RunReport, VolumeCurve, VolumeRange, no_observer, run,

@@ -1,8 +1,7 @@
 //! The resolution at which images behind a response are computed, and its stated error.
 
-use heart_phantom::scene::{
-    Accuracy, ArcPolicy, BinSample, BlurSettings, DiscretisationSettings, Mode, Scene,
-};
+use heart_phantom::scene::{BlurSettings, DiscretisationSettings};
+use heart_phantom::{Accuracy, BinSample, Mode, Scene, radon::ArcPolicy};
 use heart_phantom::{Phantom, Uptake, no_observer};
 
 fn scene(mode: Mode) -> Scene {

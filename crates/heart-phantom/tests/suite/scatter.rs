@@ -1,8 +1,7 @@
 //! Scatter in the projections of a scene.
 
-use heart_phantom::scene::{
-    ArcPolicy, BlurSettings, OrganSettings, OrganShapeSettings, ScatterSettings,
-};
+use heart_phantom::radon::ArcPolicy;
+use heart_phantom::scene::{BlurSettings, OrganSettings, OrganShapeSettings, ScatterSettings};
 use heart_phantom::{
     Attenuation, Background, Medium, Method, Mode, Noise, Orbit, Osem, Phantom, Product, Run,
     Scene, no_observer,

@@ -2,6 +2,7 @@
 
 use heart_phantom::PhantomError;
 use heart_phantom::scene::*;
+use heart_phantom::*;
 
 mod bad_values;
 mod changed;
@@ -110,7 +111,7 @@ fn no_field_of_a_full_scene_is_commented_out() {
         activity: 0.625,
         ..scene.defects[0]
     });
-    scene.reconstruction.window = Window::Custom(vec![1.0, 0.5, 0.25]);
+    scene.reconstruction.window = radon::Window::Custom(vec![1.0, 0.5, 0.25]);
     // Sections that exclude background, torso and blur.
     let mut other = scene.clone();
     other.organs.push(OrganSettings {

@@ -1,6 +1,6 @@
 //! The scenes of the crate: each runs, and agrees with its description.
 
-use heart_phantom::scene::{Accuracy, Scene};
+use heart_phantom::{Accuracy, Scene};
 use heart_phantom::{Phantom, WarningKind, no_observer, run};
 use std::path::{Path, PathBuf};
 
@@ -79,7 +79,7 @@ fn the_clinical_pose_agrees_with_anatomy() {
     scene.defects = [45.0, 135.0, 225.0, 315.0]
         .map(|middle| {
             let azimuths = [middle - 20.0, middle + 20.0];
-            heart_phantom::scene::Defect {
+            heart_phantom::Defect {
                 azimuths_degrees: azimuths,
                 ..defect
             }

@@ -3,7 +3,7 @@
 use crate::phantom::{infarct, small};
 use heart_phantom::revolve_voxel::nalgebra::Point3;
 use heart_phantom::scene::*;
-use heart_phantom::{MaterialPoint, MotionPhase, Phantom, ScenePhase, no_observer, run};
+use heart_phantom::*;
 
 fn twist() -> Twist {
     Twist {

@@ -1,7 +1,8 @@
 //! The cases of the study: a base case of each heart, and one change at a time.
 
+use heart_phantom::Mode;
 use heart_phantom::radon::{HoleResponse, ParallelHoles, Window};
-use heart_phantom::scene::{CollimatorSettings, HolesSettings, Mode};
+use heart_phantom::scene::{CollimatorSettings, HolesSettings};
 use heart_phantom::{Accuracy, Balloon, Method, Osem, PhantomError, Scene, VolumeRange};
 use serde::Serialize;
 use std::f64::consts::PI;

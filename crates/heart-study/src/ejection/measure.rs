@@ -1,8 +1,8 @@
 //! Volumes and ejection fractions of a case, from the images of expected counts and of realisations of the noise.
 
 use super::cases::Case;
+use heart_phantom::Mode;
 use heart_phantom::radon::{CountScale, poisson_counts};
-use heart_phantom::scene::Mode;
 use heart_phantom::{Phantom, PhantomError, Scene, no_observer};
 use rayon::prelude::*;
 use serde::Serialize;

@@ -1,7 +1,7 @@
 //! `check`: errors of `run` with their lines, or its products.
 
 use heart_phantom::Phantom;
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 use std::fs;
 use std::path::Path;
 use std::process::Command;

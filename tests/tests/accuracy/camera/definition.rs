@@ -4,8 +4,7 @@
 use heart_phantom::revolve_voxel::{
     Assembly, Lines, Organ, OrganShape, Organs, ParallelDetector, Shown,
 };
-use heart_phantom::scene::{self, BinSample, Mode, Scene};
-use heart_phantom::{Chest, Defect, HeartShape, Phantom};
+use heart_phantom::{BinSample, Chest, Defect, HeartShape, Mode, Phantom, Scene};
 use radon::Collimator;
 use rayon::prelude::*;
 use std::f64::consts::LN_2;
@@ -245,9 +244,9 @@ impl Around {
                 None => Organs::default(),
             },
             media: match scene.attenuation {
-                Some(scene::Attenuation {
+                Some(heart_phantom::Attenuation {
                     coefficient,
-                    medium: scene::Medium::Torso { centre, semi_axes },
+                    medium: heart_phantom::Medium::Torso { centre, semi_axes },
                 }) => Some(cylinder(centre, semi_axes, 0.0, coefficient)?),
                 _ => None,
             },

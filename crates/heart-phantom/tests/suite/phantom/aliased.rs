@@ -1,9 +1,8 @@
 //! The warning about line integrals through the centres of wide bins: when it appears, and the effect that it states.
 
 use super::small;
-use heart_phantom::scene::{
-    Accuracy, BinSample, BlurSettings, CollimatorSettings, HolesSettings, Mode, Orbit, Scene,
-};
+use heart_phantom::scene::{BlurSettings, CollimatorSettings, HolesSettings};
+use heart_phantom::{Accuracy, BinSample, Mode, Orbit, Scene};
 use heart_phantom::{Phantom, WarningKind};
 
 /// Line integrals through the centres of bins of this pitch.

@@ -2,10 +2,9 @@
 
 use super::small;
 use heart_phantom::revolve_voxel::nalgebra::Point3;
-use heart_phantom::scene::{
-    Background, BinSample, BlurSettings, Counts, DiscretisationSettings, Mode, Noise, Scene,
-};
+use heart_phantom::scene::{BlurSettings, DiscretisationSettings};
 use heart_phantom::{Artefacts, ImageQuality, Phantom, PhantomError, no_observer};
+use heart_phantom::{Background, BinSample, Counts, Mode, Noise, Scene};
 
 fn of_reconstruction(scene: Scene) -> Artefacts {
     let phantom = Phantom::new(scene).unwrap();

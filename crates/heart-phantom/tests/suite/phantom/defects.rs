@@ -1,6 +1,5 @@
 //! Defects of the wall.
 
-use heart_phantom::scene::*;
 use heart_phantom::*;
 use revolve_voxel::nalgebra::{Point3, Vector3};
 
@@ -150,7 +149,7 @@ fn a_defect_moves_with_the_wall_and_preserves_its_volume() {
 fn a_ring_does_not_depend_on_the_twist() {
     let mut scene = small(Mode::Static { phase: 0.4 });
     scene.camera.views = 2;
-    scene.reconstruction.arc = ArcPolicy::Extend;
+    scene.reconstruction.arc = radon::ArcPolicy::Extend;
     (scene.camera.bins, scene.camera.rows) = (10, 10);
     scene.camera.pitch = [1.6; 2];
     scene.camera.samples = Some(BinSample::Averages);

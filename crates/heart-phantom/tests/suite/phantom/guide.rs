@@ -1,7 +1,8 @@
 //! Numbers of the guide for physicists.
 
-use heart_phantom::scene::{ArcPolicy, DiscretisationSettings, Mode, Scene};
+use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::{ImageQuality, Phantom};
+use heart_phantom::{Mode, Scene, radon::ArcPolicy};
 use std::f64::consts::PI;
 
 #[test]

@@ -12,9 +12,9 @@ mod unsuitable;
 mod upright;
 mod warnings;
 
-use heart_phantom::scene::{
-    Accuracy, Activity, Attenuation, Background, BlurSettings, Counts, CycleSettings,
-    DiscretisationSettings, Medium, Method, Mode, Noise, Osem, PixelRange, Scene,
+use heart_phantom::scene::{BlurSettings, CycleSettings, DiscretisationSettings, PixelRange};
+use heart_phantom::{
+    Accuracy, Activity, Attenuation, Background, Counts, Medium, Method, Mode, Noise, Osem, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, Uptake, VolumeCurve, VolumeRange, no_observer};
 

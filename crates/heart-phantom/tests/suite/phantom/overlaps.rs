@@ -1,6 +1,6 @@
 //! Activity is never negative: subtracted activity exists, and is subtracted only once.
 
-use heart_phantom::scene::*;
+use heart_phantom::scene::DiscretisationSettings;
 use heart_phantom::*;
 use proptest::prelude::*;
 

@@ -4,7 +4,8 @@ use super::small;
 use heart_phantom::membrane_newton::{Discretisation, Membrane, ReferenceShape};
 use heart_phantom::revolve_voxel::nalgebra::{Point3, Vector3};
 use heart_phantom::revolve_voxel::{Pose, VoxelGrid};
-use heart_phantom::scene::{ArcPolicy, BlurSettings, Breathing, Defect, Mode, Rotation, Scene};
+use heart_phantom::scene::BlurSettings;
+use heart_phantom::{Breathing, Defect, Mode, Rotation, Scene, radon::ArcPolicy};
 use heart_phantom::{Heart, Phantom, PhantomError, Uptake};
 use std::f64::consts::{PI, TAU};
 

@@ -2,9 +2,9 @@
 
 use super::defects::infarct;
 use super::small;
-use heart_phantom::scene::{
-    Accuracy, Attenuation, Background, BlurSettings, Counts, DiscretisationSettings, Medium, Mode,
-    Noise, PixelRange, Rotation, Scene,
+use heart_phantom::scene::{BlurSettings, DiscretisationSettings, PixelRange};
+use heart_phantom::{
+    Accuracy, Attenuation, Background, Counts, Medium, Mode, Noise, Rotation, Scene,
 };
 use heart_phantom::{Orbit, Phantom, Uptake, VolumeCurve, VolumeRange, no_observer};
 

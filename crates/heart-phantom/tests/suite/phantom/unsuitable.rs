@@ -2,7 +2,7 @@
 
 use super::small;
 use super::warnings::warnings;
-use heart_phantom::scene::{Counts, Mode, Noise, Scene, Window};
+use heart_phantom::{Counts, Mode, Noise, Scene, radon::Window};
 use heart_phantom::{Phantom, WarningKind};
 
 /// Each setting alone, at and beyond its limit.

@@ -2,6 +2,7 @@
 
 use heart_phantom::Phantom;
 use heart_phantom::scene::*;
+use heart_phantom::*;
 
 use super::defects::infarct;
 

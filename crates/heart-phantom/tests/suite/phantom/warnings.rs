@@ -2,10 +2,10 @@
 
 use super::defects::infarct;
 use super::small;
-use heart_phantom::scene::{
-    ArcPolicy, Attenuation, Background, Beats, Breathing, Chest, Compensation, Counts, GateFiles,
-    Medium, Mode, Noise, Product, ReconstructionSettings, Rotation, RrIntervals, Scene, Twist,
-    Window,
+use heart_phantom::scene::ReconstructionSettings;
+use heart_phantom::{
+    Attenuation, Background, Beats, Breathing, Chest, Compensation, Counts, GateFiles, Medium,
+    Mode, Noise, Product, Rotation, RrIntervals, Scene, Twist, radon::ArcPolicy, radon::Window,
 };
 use heart_phantom::{Method, Osem, Phantom, Uptake, Warning, WarningKind, no_observer};
 use revolve_voxel::{Organs, VoxelGrid};

@@ -1,7 +1,7 @@
 //! Every field of a scene with invalid values.
 
 use super::{FULL, error_of};
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 
 /// Text of the file, field of the error, and words of its message.
 const BAD: &[(&str, &str, &str)] = &[

@@ -1,7 +1,7 @@
 //! Scenes with random changes are read or rejected; the reader never panics.
 
 use heart_phantom::PhantomError;
-use heart_phantom::scene::Scene;
+use heart_phantom::Scene;
 use proptest::prelude::*;
 
 /// One change to a scene's text.

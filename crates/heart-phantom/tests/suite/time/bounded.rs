@@ -1,7 +1,7 @@
 //! Shapes obey their memory limit, and results are bitwise identical for any limit.
 
 use crate::phantom::{infarct, small};
-use heart_phantom::scene::{Accuracy, Mode, Product, Rotation, Scene};
+use heart_phantom::{Accuracy, Mode, Product, Rotation, Scene};
 use heart_phantom::{Phantom, Sinograms, no_observer};
 
 fn taken(scene: &Scene, shapes: usize) -> (Sinograms, Phantom) {

@@ -2,7 +2,7 @@
 //! crate, but not the choice of times and angles.
 
 use heart_phantom::Phantom;
-use heart_phantom::scene::{Mode, Rotation};
+use heart_phantom::{Mode, Rotation};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 

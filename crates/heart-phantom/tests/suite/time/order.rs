@@ -2,7 +2,8 @@
 //! most the order 3/2.
 
 use super::brute;
-use heart_phantom::scene::{Accuracy, ArcPolicy, DiscretisationSettings, Mode, Rotation, Scene};
+use heart_phantom::scene::DiscretisationSettings;
+use heart_phantom::{Accuracy, Mode, Rotation, Scene, radon::ArcPolicy};
 use heart_phantom::{Phantom, VolumeCurve, VolumeRange, no_observer};
 
 /// Errors of the whole cycle at 8 to 128 steps, with the stated errors.

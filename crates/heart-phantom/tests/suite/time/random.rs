@@ -1,9 +1,10 @@
 //! Random scenes, including volume curves with spikes: the stated error of the time quadrature bounds the true one.
 
 use super::brute;
-use heart_phantom::scene::{
-    Accuracy, ArcPolicy, Balloon, Beats, Breathing, BreathingCurve, DiscretisationSettings, Mode,
-    PoseSettings, RespiratoryGates, Rotation, RrIntervals, Scene,
+use heart_phantom::scene::{DiscretisationSettings, PoseSettings};
+use heart_phantom::{
+    Accuracy, Balloon, Beats, Breathing, BreathingCurve, Mode, RespiratoryGates, Rotation,
+    RrIntervals, Scene, radon::ArcPolicy,
 };
 use heart_phantom::{Phantom, Uptake, VolumeCurve, VolumeRange, no_observer};
 
@@ -94,7 +95,7 @@ fn scene(random: &mut Random) -> Scene {
     camera.pitch = [random.uniform(0.6, 1.0), random.uniform(0.6, 1.4)];
     camera.start = random.uniform(-90.0, 90.0);
     camera.arc = [180.0, 12.0, 360.0][random.below(3)];
-    scene.reconstruction.arc = heart_phantom::scene::ArcPolicy::Extend;
+    scene.reconstruction.arc = heart_phantom::radon::ArcPolicy::Extend;
     let period = 60.0 / scene.cycle.beats_per_minute;
     camera.seconds_per_view = period * random.uniform(1.0, 6.0);
     if random.below(2) == 0 {

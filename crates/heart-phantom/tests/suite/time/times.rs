@@ -1,6 +1,6 @@
 //! One rule for time and angle: at time t of view k the camera is at its angle at t.
 
-use heart_phantom::scene::{
+use heart_phantom::{
     Beats, Breathing, BreathingCurve, Mode, RespiratoryGates, Rotation, RrIntervals, Scene,
 };
 use heart_phantom::{Phantom, PhantomError, VolumeCurve};

@@ -2,7 +2,7 @@
 
 use crate::phantom::{infarct, small};
 use crate::rays::random;
-use heart_phantom::scene::{Breathing, Mode, Product, Rotation, Scene, Twist};
+use heart_phantom::{Breathing, Mode, Product, Rotation, Scene, Twist};
 use heart_phantom::{MotionPhase, Phantom, PhantomError, TruthOf, VolumeCurve, no_observer, run};
 use std::f64::consts::PI;
 

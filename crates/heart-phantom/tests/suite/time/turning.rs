@@ -1,9 +1,8 @@
 //! Continuous rotation: reconstructions are at the correct position.
 
 use super::brute;
-use heart_phantom::scene::{
-    Accuracy, BlurSettings, Breathing, DiscretisationSettings, Mode, PoseSettings, Rotation, Scene,
-};
+use heart_phantom::scene::{BlurSettings, DiscretisationSettings, PoseSettings};
+use heart_phantom::{Accuracy, Breathing, Mode, Rotation, Scene};
 use heart_phantom::{
     Phantom, Product, VolumeCurve, VolumeRange, Warning, WarningKind, no_observer, run,
 };
@@ -29,7 +28,7 @@ fn small(mode: Mode) -> Scene {
     let mut scene = turning(mode);
     (scene.camera.views, scene.camera.bins, scene.camera.rows) = (3, 32, 10);
     (scene.camera.arc, scene.camera.pitch) = (18.0, [0.8, 1.4]);
-    scene.reconstruction.arc = heart_phantom::scene::ArcPolicy::Extend;
+    scene.reconstruction.arc = heart_phantom::radon::ArcPolicy::Extend;
     scene
 }
 
