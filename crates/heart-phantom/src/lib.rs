@@ -62,7 +62,7 @@ pub use model::{
     cycle::Cycle,
     defect::Defect,
     heart::{Balloon, Heart},
-    material::{MaterialPoint, Wall, WallRegion},
+    material::{MaterialPoint, Wall},
     rhythm::{Beats, GatedBy, RrIntervals},
     shape::{HeartShape, MMHG_PER_KPA},
     strain::{Deformation, GreenStrain},

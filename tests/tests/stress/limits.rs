@@ -69,7 +69,7 @@ fn nan_and_infinity_are_rejected_everywhere() {
         .and_then(|detector| detector.rays(0.0))
         .expect("rays");
     let grid = VoxelGrid::cube(2, 1.0).expect("a grid");
-    let wall = Wall::of(&pair.solve_gain(0.1, &options).expect("a shape"), pose).expect("a wall");
+    let wall = Wall::new(&pair.solve_gain(0.1, &options).expect("a shape"), pose).expect("a wall");
     let ring = || Meridian::ring(&[[0.0, 1.0], [0.0, 2.0], [1.0, 2.0]]).expect("a ring");
     let sector = Sector::new(ring(), [0.0, 1.0], pose).expect("a sector");
     let geometry = ParallelGeometry::arc_radians(2, 3.0, 4, 1.0).expect("a geometry");

@@ -2,7 +2,7 @@
 
 use crate::bodies::check_samples;
 use crate::{Outcome, with_threads};
-use heart_phantom::{MaterialPoint, Wall, WallRegion};
+use heart_phantom::{Defect, MaterialPoint, Wall};
 use membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, ReferenceShape, Solver, Stiffness,
 };
@@ -77,7 +77,7 @@ fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
         let solved = pair
             .solve_gain(random.spoiled(gain), &NewtonOptions::default())
             .ok()?;
-        Wall::of(&solved, pose).ok()
+        Wall::new(&solved, pose).ok()
     };
     Some([shape(0.0)?, shape(gain)?])
 }
@@ -134,15 +134,16 @@ fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
     }
 }
 
-fn check_region(random: &mut Random, wall: &Wall) -> Option<WallRegion> {
+fn check_region(random: &mut Random, wall: &Wall) -> Option<Defect> {
     let ordered = |[a, b]: [f64; 2], random: &mut Random| [random.spoiled(a.min(b)), a.max(b)];
     let layers = ordered([0, 1].map(|_| random.uniform(0.0, 1.0)), random);
     let s = ordered([0, 1].map(|_| random.uniform(0.0, 0.5)), random);
     let opening = ordered([0, 1].map(|_| random.angle(0.0, TAU)), random);
-    let region = WallRegion {
+    let region = Defect {
         layers,
         s,
-        azimuths: opening,
+        azimuths_degrees: opening.map(f64::to_degrees),
+        activity: 0.0,
     };
     let size = wall.volume().cbrt();
     let solid = wall.sector(&region, 1e-5 * size).ok()?;
@@ -154,12 +155,17 @@ fn check_region(random: &mut Random, wall: &Wall) -> Option<WallRegion> {
     Some(region)
 }
 
-fn check_image(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) -> Option<()> {
+fn check_image(
+    random: &mut Random,
+    (wall, pose): (&Wall, Pose),
+    region: Defect,
+    unit: f64,
+) -> Option<()> {
     let solid = wall.sector(&region, 1e-3 * unit).ok()?;
     let ring = wall.region(region.layers, region.s, 1e-3 * unit).ok()?;
-    let [from, to] = region.azimuths;
-    let rest = Sector::new(ring.clone(), [to, from + TAU], *wall.pose()).ok()?;
-    let whole = Sector::new(ring.clone(), [0.0, TAU], *wall.pose()).ok()?;
+    let [from, to] = region.azimuths_degrees.map(f64::to_radians);
+    let rest = Sector::new(ring.clone(), [to, from + TAU], pose).ok()?;
+    let whole = Sector::new(ring.clone(), [0.0, TAU], pose).ok()?;
     let (bins, rows) = (random.integer(1, 40), random.integer(1, 30));
     let pitch = [bins, rows].map(|n| random.rounded(24.0 * unit / n as f64));
     let rays = ParallelDetector::new(bins, rows, pitch)
@@ -224,7 +230,7 @@ fn check_counts(random: &mut Random, image: &[f64]) -> Option<()> {
     Some(())
 }
 
-fn check_voxels(random: &mut Random, wall: &Wall, region: WallRegion, unit: f64) -> Option<()> {
+fn check_voxels(random: &mut Random, wall: &Wall, region: Defect, unit: f64) -> Option<()> {
     let solid = wall.sector(&region, 1e-3 * unit).ok()?;
     let n = random.integer(1, 16);
     let grid = VoxelGrid::cube(n, random.rounded(30.0 * unit / n as f64)).ok()?;

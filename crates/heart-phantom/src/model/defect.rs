@@ -1,10 +1,11 @@
 //! Defects: regions of the wall with another activity, which move with the wall.
 
+use super::material::WallRegion;
 use super::twist::APEX;
 use crate::error::{PhantomError, check_count};
 use crate::ranges::PIECES;
 use crate::scene::exactly;
-use crate::{Heart, HeartShape, Twist, Wall, WallRegion};
+use crate::{Heart, HeartShape, Twist, Wall};
 use membrane_newton::NewtonOptions;
 use rayon::prelude::*;
 use revolve_voxel::{Pose, Sector};
@@ -37,8 +38,7 @@ pub struct Defect {
 
 impl Defect {
     /// The region, its azimuths in radians.
-    #[must_use]
-    pub fn region(&self) -> WallRegion {
+    pub(crate) fn region(&self) -> WallRegion {
         WallRegion {
             layers: self.layers,
             s: self.s,

@@ -12,7 +12,7 @@
 //!
 //! A [`Twist`] rotates either about the axis and preserves volumes.
 
-use super::shape::HeartShape;
+use super::defect::Defect;
 use super::twist::{APEX, Twist};
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
@@ -39,8 +39,8 @@ pub struct MaterialPoint {
 /// use heart_phantom::{Heart, MaterialPoint, Wall};
 /// let heart = Heart::study(201)?;
 /// let shapes = heart.shapes(&[0.0, 0.6])?;
-/// let rest = Wall::new(&shapes[0])?;
-/// let dilated = Wall::new(&shapes[1])?.sliding_from(&rest);
+/// let wall = |k: usize| Wall::new(shapes[k].solution(), *heart.pose());
+/// let (rest, dilated) = (wall(0)?, wall(1)?.sliding_from(&wall(0)?));
 /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
 /// let [from, to] = [rest.position(&point)?, dilated.position(&point)?];
 /// assert!((to - from).norm() > 0.1); // cm
@@ -60,30 +60,22 @@ pub struct Wall {
 
 /// A region of the wall that moves with it: all material points within three ranges.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WallRegion {
+pub(crate) struct WallRegion {
     /// Layers, within 0 (inner membrane) to 1 (outer membrane).
-    pub layers: [f64; 2],
+    pub(crate) layers: [f64; 2],
     /// Coordinate along the membranes, within 0 (base) to 1/2 (apex).
-    pub s: [f64; 2],
+    pub(crate) s: [f64; 2],
     /// Azimuths in radians, the second larger by at most a full turn.
-    pub azimuths: [f64; 2],
+    pub(crate) azimuths: [f64; 2],
 }
 
 impl Wall {
-    /// The wall of a shape, tied to the membranes.
+    /// The wall between two solved membranes with mirror symmetry ([`HeartShape::solution`](crate::HeartShape::solution)) in a pose, tied to the
+    /// membranes: exact for polynomials, polylines for finite differences.
     ///
     /// # Errors
     /// [`PhantomError::Solid`] where the lines between membrane points of equal s cross in the wall.
-    pub fn new(shape: &HeartShape) -> Result<Self, PhantomError> {
-        Self::of(shape.solution(), *shape.body().pose())
-    }
-
-    /// The wall between two solved membranes with mirror symmetry, in `pose`: exact for polynomials, polylines for finite
-    /// differences.
-    ///
-    /// # Errors
-    /// As [`Wall::new`].
-    pub fn of(pair: &PairEquilibrium, pose: Pose) -> Result<Self, PhantomError> {
+    pub fn new(pair: &PairEquilibrium, pose: Pose) -> Result<Self, PhantomError> {
         Self::between(curve(&pair.inner)?, curve(&pair.outer)?, pose)
     }
 
@@ -124,8 +116,7 @@ impl Wall {
     }
 
     /// Returns the wall in another pose.
-    #[must_use]
-    pub fn with_pose(mut self, pose: Pose) -> Self {
+    pub(crate) fn with_pose(mut self, pose: Pose) -> Self {
         self.pose = pose;
         self
     }
@@ -174,9 +165,10 @@ impl Wall {
     /// ```
     /// use heart_phantom::{Heart, Wall};
     /// use revolve_voxel::VoxelGrid;
-    /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
-    /// let rest = Wall::new(&shapes[0])?;
-    /// let dilated = Wall::new(&shapes[1])?.sliding_from(&rest);
+    /// let heart = Heart::study(201)?;
+    /// let shapes = heart.shapes(&[0.0, 0.6])?;
+    /// let wall = |k: usize| Wall::new(shapes[k].solution(), *heart.pose());
+    /// let (rest, dilated) = (wall(0)?, wall(1)?.sliding_from(&wall(0)?));
     /// let grid = VoxelGrid::cube(32, 0.5)?;
     /// let moved = rest.displacements(&dilated, &grid, 0..32)?;
     /// // As an array of all voxels, three components each, NaN outside the wall:
@@ -252,7 +244,7 @@ impl Wall {
         Ok(self.shell.region(layers, ends, tolerance)?)
     }
 
-    /// Returns a region of the wall at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
+    /// Returns the region of a defect at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
     /// integrals and coverage.
     ///
     /// In a twisted wall the sides of the region are rotated with the material.
@@ -261,22 +253,20 @@ impl Wall {
     /// add.
     ///
     /// ```
-    /// use heart_phantom::{Heart, Wall, WallRegion};
-    /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
-    /// let rest = Wall::new(&shapes[0])?;
-    /// let infarct = WallRegion { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths: [0.0, 1.0] };
-    /// let volumes = [
-    ///     rest.sector(&infarct, 1e-5)?.volume(),
-    ///     Wall::new(&shapes[1])?.sliding_from(&rest).sector(&infarct, 1e-5)?.volume(),
-    /// ];
-    /// assert!((volumes[1] / volumes[0] - 1.0).abs() < 1e-4); // its activity is conserved
+    /// use heart_phantom::{Defect, Phantom, Scene};
+    /// let phantom = Phantom::new(Scene::default())?;
+    /// let infarct = Defect { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths_degrees: [0.0, 60.0], activity: 0.0 };
+    /// let volume = |phase: f64| Ok(phantom.wall(phase)?.sector(&infarct, 1e-5)?.volume());
+    /// let volumes: [Result<f64, heart_phantom::PhantomError>; 2] = [0.0, 0.5].map(volume);
+    /// let [systole, diastole] = volumes;
+    /// assert!((diastole? / systole? - 1.0).abs() < 1e-4); // its activity is conserved
     /// # Ok::<(), heart_phantom::PhantomError>(())
     /// ```
     ///
     /// # Errors
     /// As [`Wall::region`]; [`PhantomError::Solid`] for an empty range of azimuths.
-    pub fn sector(&self, region: &WallRegion, tolerance: f64) -> Result<Sector, PhantomError> {
-        self.sector_in(region, self.wall_twist()?, tolerance)
+    pub fn sector(&self, defect: &Defect, tolerance: f64) -> Result<Sector, PhantomError> {
+        self.sector_in(&defect.region(), self.wall_twist()?, tolerance)
     }
 
     /// As [`sector`](Self::sector), with the twist of [`wall_twist`](Self::wall_twist), which regions share.

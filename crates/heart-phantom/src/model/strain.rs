@@ -92,9 +92,10 @@ impl Wall {
     ///
     /// ```
     /// use heart_phantom::{Heart, MaterialPoint, Twist, Wall};
-    /// let shapes = Heart::study(201)?.shapes(&[0.0, 0.6])?;
-    /// let systole = Wall::new(&shapes[0])?;
-    /// let diastole = Wall::new(&shapes[1])?.sliding_from(&systole);
+    /// let heart = Heart::study(201)?;
+    /// let shapes = heart.shapes(&[0.0, 0.6])?;
+    /// let wall = |k: usize| Wall::new(shapes[k].solution(), *heart.pose());
+    /// let (systole, diastole) = (wall(0)?, wall(1)?.sliding_from(&wall(0)?));
     /// let twisted = systole.clone().twisted(Twist { inner_degrees: vec![-3.0, 10.0], outer_degrees: vec![-3.0, 10.0] });
     /// let point = MaterialPoint { layer: 0.5, s: 0.2, azimuth: 1.0 };
     /// let beat = diastole.deformation(&twisted, &point)?;

@@ -3,7 +3,7 @@
 use super::Phantom;
 use super::phases::{MotionPhase, ScenePhase};
 use crate::error::{PhantomError, check, zeros};
-use crate::{Twist, Wall};
+use crate::{HeartShape, Twist, Wall};
 
 /// Time step of the velocity's difference quotient, as a fraction of a cycle.
 const STEP: f64 = 1e-3;
@@ -99,7 +99,8 @@ impl Phantom {
         let (rest, shape) = (self.heart().reference_shape()?, self.shape_at_gain(gain)?);
         let pose = self.pose(breath)?;
         let made = || -> Result<Wall, PhantomError> {
-            let wall = (Wall::new(&shape)?.sliding_from(&Wall::new(&rest)?)).with_pose(pose);
+            let wall = |shape: &HeartShape| Wall::new(shape.solution(), pose);
+            let wall = wall(&shape)?.sliding_from(&wall(&rest)?);
             Ok(match &self.scene().twist {
                 None => wall,
                 Some(twist) => wall.twisted(twist.scaled(self.cycle().emptied(gain))),

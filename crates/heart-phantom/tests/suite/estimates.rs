@@ -46,7 +46,7 @@ fn shapes_are_counted_with_their_defects_and_searches() {
     // 490 bytes for each cone of the defect in the largest heart, as `tests/memory.rs` measures.
     let heart = phantom.heart();
     let largest = heart.shapes(&phantom.cycle().gains()[1..]).unwrap();
-    let wall = Wall::new(&largest[0]).unwrap();
+    let wall = Wall::new(largest[0].solution(), *heart.pose()).unwrap();
     let defect = wall.region([0.2, 0.8], [0.1, 0.4], 1e-5 * heart.length());
     let of_defect = 490 * defect.unwrap().n_segments() as u64;
     for steps in [8, 32, 128] {

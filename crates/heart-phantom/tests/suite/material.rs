@@ -1,6 +1,6 @@
 //! The wall as a material: conservation, inverse, stretches against finite differences.
 
-use heart_phantom::{Heart, MaterialPoint, PhantomError, Wall, WallRegion};
+use heart_phantom::{Defect, Heart, MaterialPoint, PhantomError, Wall};
 use membrane_newton::{
     Discretisation, Membrane, NewtonOptions, Pair, PairEquilibrium, ReferenceShape, Solver,
 };
@@ -40,7 +40,7 @@ static SMOOTH: LazyLock<Vec<PairEquilibrium>> = LazyLock::new(|| {
 });
 
 static TIED: LazyLock<Vec<Wall>> = LazyLock::new(|| {
-    let wall = |pair| Wall::of(pair, pose()).unwrap();
+    let wall = |pair| Wall::new(pair, pose()).unwrap();
     SMOOTH.iter().map(wall).collect()
 });
 
@@ -285,7 +285,7 @@ fn finite_differences_give_the_polyline_that_is_projected() {
     let shapes = heart.shapes(&[0.0, 0.5]).unwrap();
     let walls: Vec<Wall> = shapes
         .iter()
-        .map(|shape| Wall::new(shape).unwrap())
+        .map(|shape| Wall::new(shape.solution(), *heart.pose()).unwrap())
         .collect();
     for (wall, shape) in walls.iter().zip(&shapes) {
         let [inner, outer] = shape.volumes();
@@ -301,10 +301,11 @@ fn finite_differences_give_the_polyline_that_is_projected() {
 /// A layer of voxels' worth of the wall, all of it, and three pieces of it.
 #[test]
 fn regions_move_with_the_wall() {
-    let region = WallRegion {
+    let region = Defect {
         layers: [0.2, 0.9],
         s: [0.1, 0.35],
-        azimuths: [0.5, 2.0],
+        azimuths_degrees: [0.5f64, 2.0].map(f64::to_degrees),
+        activity: 0.0,
     };
     let share = |wall: &Wall| {
         let solid = wall.sector(&region, 1e-7).unwrap();
@@ -333,17 +334,18 @@ fn regions_move_with_the_wall() {
     let mut sum = 0.0;
     for layers in [[0.0, 0.3], [0.3, 1.0]] {
         for azimuths in [[-1.0, 0.2], [0.2, 3.0], [3.0, 2.0 * PI - 1.0]] {
-            let piece = WallRegion {
+            let piece = Defect {
                 layers,
                 s: [0.0, 0.5],
-                azimuths,
+                azimuths_degrees: azimuths.map(f64::to_degrees),
+                activity: 0.0,
             };
             sum += TIED[1].sector(&piece, 1e-7).unwrap().volume();
         }
     }
     assert!((sum / TIED[1].volume() - 1.0).abs() < 1e-7, "{sum}");
-    let bad = WallRegion {
-        azimuths: [1.0, 1.0],
+    let bad = Defect {
+        azimuths_degrees: [60.0, 60.0],
         ..region
     };
     let refused = TIED[0].sector(&bad, 1e-3);

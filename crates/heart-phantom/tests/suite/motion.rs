@@ -23,7 +23,7 @@ static WALLS: LazyLock<[Wall; 2]> = LazyLock::new(|| {
     let pose = pose.rotated_y(-0.4).unwrap();
     let of = |gain| {
         let solved = pair.solve_gain(gain, &NewtonOptions::default()).unwrap();
-        Wall::of(&solved, pose).unwrap()
+        Wall::new(&solved, pose).unwrap()
     };
     let rest = of(0.0);
     [of(0.6).sliding_from(&rest), rest]

@@ -73,7 +73,7 @@ fn defects_twist_with_the_material_and_preserve_their_volume() {
         activity: 0.0,
     });
     let phantom = Phantom::new(scene.clone()).unwrap();
-    let region = phantom.scene().defects[0].region();
+    let region = phantom.scene().defects[0];
     let wall = phantom.wall(0.0).unwrap();
     let grid = *phantom.camera().grid();
     // Labels of the wall's voxels: those of the defect have material in it, except near its boundaries.
@@ -90,7 +90,7 @@ fn defects_twist_with_the_material_and_preserve_their_volume() {
             continue;
         };
         let MaterialPoint { s, azimuth, layer } = point;
-        let (from, to) = (region.azimuths[0], region.azimuths[1]);
+        let [from, to] = region.azimuths_degrees.map(f64::to_radians);
         let held = s > region.s[0] && s < region.s[1] && azimuth > from && azimuth < to;
         // Half a voxel from every boundary, along the azimuth with a radius of up to 4 cm, along s with a length of about 10 cm.
         let near = (azimuth - from).abs().min((azimuth - to).abs()) < 0.25
@@ -115,7 +115,7 @@ fn defects_twist_with_the_material_and_preserve_their_volume() {
     };
     let [_, twisted] = total(&phantom);
     let plain = phantom.heart().pair().wall_volume();
-    let opening = (region.azimuths[1] - region.azimuths[0]) / std::f64::consts::TAU;
+    let opening = (region.azimuths_degrees[1] - region.azimuths_degrees[0]) / 360.0;
     let ring = phantom
         .wall(0.0)
         .unwrap()

@@ -9,18 +9,16 @@ use std::f64::consts::TAU;
 /// A wall at systole, and a region of it as a solid.
 struct Case {
     wall: Wall,
-    region: WallRegion,
+    region: Defect,
     sector: Sector,
 }
 
 impl Case {
-    fn new(region: WallRegion, twist: Twist) -> Self {
+    fn new(region: Defect, twist: Twist) -> Self {
         let heart = Heart::study(101).unwrap();
         let shapes = heart.shapes(&[0.0, 0.4]).unwrap();
-        let rest = Wall::new(&shapes[0]).unwrap();
-        let wall = (Wall::new(&shapes[1]).unwrap())
-            .sliding_from(&rest)
-            .twisted(twist);
+        let wall = |k: usize| Wall::new(shapes[k].solution(), *heart.pose()).unwrap();
+        let wall = wall(1).sliding_from(&wall(0)).twisted(twist);
         let sector = wall.sector(&region, 1e-6).unwrap();
         Self {
             wall,
@@ -33,7 +31,7 @@ impl Case {
     fn holds(&self, p: &Point3<f64>) -> bool {
         self.wall.locate(p).is_some_and(|found| {
             let within = |[from, to]: [f64; 2], at: f64| from <= at && at <= to;
-            let [from, to] = self.region.azimuths;
+            let [from, to] = self.region.azimuths_degrees.map(f64::to_radians);
             within(self.region.layers, found.layer)
                 && within(self.region.s, found.s)
                 && (found.azimuth - from).rem_euclid(TAU) < to - from
@@ -69,16 +67,17 @@ impl Case {
     }
 }
 
-fn any_region() -> impl Strategy<Value = WallRegion> {
+fn any_region() -> impl Strategy<Value = Defect> {
     let range = |most: f64, least: f64| {
         (0.0..most - least, least..most)
             .prop_map(move |(from, wide)| [from, (from + wide).min(most)])
     };
     (range(1.0, 0.1), range(0.5, 0.05), -7.0..7.0, 0.02..6.2).prop_map(
-        |(layers, s, from, wide): (_, _, f64, f64)| WallRegion {
+        |(layers, s, from, wide): (_, _, f64, f64)| Defect {
             layers,
             s,
-            azimuths: [from, from + wide],
+            azimuths_degrees: [from, from + wide].map(f64::to_degrees),
+            activity: 0.0,
         },
     )
 }

@@ -82,7 +82,7 @@ pub(super) fn view(phantom: &Phantom, view_idx: usize, tolerance: f64) -> Option
         let shape = phantom.shape(phase).ok()?;
         let activity = scene.activity.of(&shape);
         let additional = |own: &Defect| {
-            let sector = phantom.wall(phase).ok()?.sector(&own.region(), 1e-5).ok()?;
+            let sector = phantom.wall(phase).ok()?.sector(own, 1e-5).ok()?;
             Some((sector, activity[1] * (own.activity - 1.0)))
         };
         let defects: Vec<_> = scene

@@ -3,8 +3,8 @@
 use super::{ODD, SIZES, back, pairs};
 use heart_phantom::files::{self, Format, Projections, Volume, write_npy};
 use heart_phantom::{
-    Accuracy, Activity, Balloon, Cycle, Heart, ImageQuality as Quality, MaterialPoint, Mode,
-    Phantom, PhantomError, Scene, VolumeCurve, VolumeRange, Wall, WallRegion, no_observer,
+    Accuracy, Activity, Balloon, Cycle, Defect, Heart, ImageQuality as Quality, MaterialPoint,
+    Mode, Phantom, PhantomError, Scene, VolumeCurve, VolumeRange, Wall, no_observer,
 };
 use membrane_newton::{MembraneError, NewtonError};
 use nalgebra::Point3;
@@ -97,8 +97,8 @@ fn heart_phantom_accepts_any_input() {
 
 fn walls(heart: &Heart) {
     let shapes = heart.shapes(&[0.0, 0.1]).expect("two shapes");
-    let wall = Wall::new(&shapes[0]).expect("a wall");
-    let other = (Wall::new(&shapes[1]).expect("a wall")).sliding_from(&wall);
+    let of = |k: usize| Wall::new(shapes[k].solution(), *heart.pose()).expect("a wall");
+    let (wall, other) = (of(0), of(1).sliding_from(&of(0)));
     let grid = VoxelGrid::cube(3, 1.0).expect("voxels");
     for [a, b] in pairs() {
         let point = MaterialPoint {
@@ -111,15 +111,17 @@ fn walls(heart: &Heart) {
         let _ = wall.locate(&Point3::new(a, b, 0.0));
         let _ = wall.thickness(a);
         for region in [
-            WallRegion {
+            Defect {
                 layers: [a, b],
                 s: [0.0, 0.3],
-                azimuths: [0.0, 1.0],
+                azimuths_degrees: [0.0, 57.0],
+                activity: 0.0,
             },
-            WallRegion {
+            Defect {
                 layers: [0.0, 1.0],
                 s: [a, b],
-                azimuths: [b, a],
+                azimuths_degrees: [b, a],
+                activity: 0.0,
             },
         ] {
             back(wall.sector(&region, 0.1));

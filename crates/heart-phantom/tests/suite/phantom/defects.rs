@@ -38,11 +38,12 @@ fn labels_mark_defects() {
         ["wall", "defect 1", "defect 2", "defect 3"]
     );
     let grid = phantom.camera().grid();
-    let rest = Wall::new(&phantom.heart().shapes(&[0.0]).unwrap()[0]).unwrap();
+    let wall = |shape: &HeartShape| Wall::new(shape.solution(), *phantom.heart().pose()).unwrap();
+    let rest = wall(&phantom.heart().shapes(&[0.0]).unwrap()[0]);
     for phase in [0.0, 0.4] {
         let labels = phantom.labels(phase).unwrap();
         let shape = phantom.shape(phase).unwrap();
-        let wall = Wall::new(&shape).unwrap().sliding_from(&rest);
+        let wall = wall(&shape).sliding_from(&rest);
         // Returns the defects at a point, or none outside the wall.
         let at = |p: Point3<f64>| {
             let m = wall.locate(&p)?;

@@ -129,7 +129,7 @@ fn activity(phantom: &Phantom, defects: &[Defect]) -> f64 {
     // The volume fraction of the wall up to s is exact only where defects end at 0 and 1/2; otherwise by points on a fine grid.
     const N: usize = 24;
     let shapes = phantom.heart().shapes(&[0.0]).unwrap();
-    let wall = Wall::new(&shapes[0]).unwrap();
+    let wall = Wall::new(shapes[0].solution(), *shapes[0].body().pose()).unwrap();
     let strip = |from: f64, to: f64| wall.region([0.0, 1.0], [from, to], 1e-6).unwrap();
     let mut sum = 0.0;
     for j in 0..N {
