@@ -47,6 +47,32 @@ impl Defect {
     }
 }
 
+impl Wall {
+    /// Returns the region of a defect at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
+    /// integrals and coverage.
+    ///
+    /// Its activity is not used. In a twisted wall the sides of the region are rotated with the material.
+    ///
+    /// Add the difference of the activities of region and wall to the projections of the wall. Differences of overlapping regions
+    /// add.
+    ///
+    /// ```
+    /// use heart_phantom::{Defect, Phantom, Scene};
+    /// let phantom = Phantom::new(Scene::default())?;
+    /// let infarct = Defect { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths_degrees: [0.0, 60.0], activity: 0.0 };
+    /// let [systole, diastole] = [phantom.wall(0.0)?, phantom.wall(0.5)?];
+    /// let ratio = diastole.sector(&infarct, 1e-5)?.volume() / systole.sector(&infarct, 1e-5)?.volume();
+    /// assert!((ratio - 1.0).abs() < 1e-4); // its activity is conserved
+    /// # Ok::<(), heart_phantom::PhantomError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Wall::region`]; [`PhantomError::Solid`] for an empty range of azimuths.
+    pub fn sector(&self, defect: &Defect, tolerance: f64) -> Result<Sector, PhantomError> {
+        self.sector_in(&defect.region(), self.wall_twist()?, tolerance)
+    }
+}
+
 /// Returns the parts of each defect that later defects do not replace, without overlap, each with the index of its defect;
 /// [`PhantomError::Count`] if they are too many.
 ///

@@ -12,7 +12,6 @@
 //!
 //! A [`Twist`] rotates either about the axis and preserves volumes.
 
-use super::defect::Defect;
 use super::twist::{APEX, Twist};
 use crate::error::{PhantomError, check};
 use membrane_newton::{Equilibrium, PairEquilibrium};
@@ -242,31 +241,6 @@ impl Wall {
             ends[k] = self.coordinate(point.checked()?.s);
         }
         Ok(self.shell.region(layers, ends, tolerance)?)
-    }
-
-    /// Returns the region of a defect at this phase as a solid in the lab, with layers accurate to `tolerance` in cm, for exact line
-    /// integrals and coverage.
-    ///
-    /// In a twisted wall the sides of the region are rotated with the material.
-    ///
-    /// Add the difference of the activities of region and wall to the projections of the wall. Differences of overlapping regions
-    /// add.
-    ///
-    /// ```
-    /// use heart_phantom::{Defect, Phantom, Scene};
-    /// let phantom = Phantom::new(Scene::default())?;
-    /// let infarct = Defect { layers: [0.0, 0.6], s: [0.3, 0.45], azimuths_degrees: [0.0, 60.0], activity: 0.0 };
-    /// let volume = |phase: f64| Ok(phantom.wall(phase)?.sector(&infarct, 1e-5)?.volume());
-    /// let volumes: [Result<f64, heart_phantom::PhantomError>; 2] = [0.0, 0.5].map(volume);
-    /// let [systole, diastole] = volumes;
-    /// assert!((diastole? / systole? - 1.0).abs() < 1e-4); // its activity is conserved
-    /// # Ok::<(), heart_phantom::PhantomError>(())
-    /// ```
-    ///
-    /// # Errors
-    /// As [`Wall::region`]; [`PhantomError::Solid`] for an empty range of azimuths.
-    pub fn sector(&self, defect: &Defect, tolerance: f64) -> Result<Sector, PhantomError> {
-        self.sector_in(&defect.region(), self.wall_twist()?, tolerance)
     }
 
     /// As [`sector`](Self::sector), with the twist of [`wall_twist`](Self::wall_twist), which regions share.
