@@ -16,7 +16,7 @@ use tests::Random;
 
 pub(crate) fn scene(random: &mut Random) -> Outcome {
     let unit = random.decades(-3.0, 3.0);
-    let Some([rest, wall]) = walls(random, unit) else {
+    let Some(([rest, wall], pose)) = walls(random, unit) else {
         return Outcome::Rejected;
     };
     let moved = wall.clone().sliding_from(&rest);
@@ -27,15 +27,15 @@ pub(crate) fn scene(random: &mut Random) -> Outcome {
         return Outcome::Rejected;
     };
     match random.integer(0, 2) {
-        0 => check_image(random, &wall, piece, unit),
+        0 => check_image(random, (&wall, pose), piece, unit),
         1 => check_voxels(random, &wall, piece, unit),
         _ => Some(()),
     }
     .map_or(Outcome::Rejected, |()| Outcome::Answered)
 }
 
-/// A wall in the reference configuration and dilated, about ten units long.
-fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
+/// A wall in the reference configuration and dilated, about ten units long, and its pose.
+fn walls(random: &mut Random, unit: f64) -> Option<([Wall; 2], Pose)> {
     let (h, radius) = (
         unit * random.uniform(1.0, 9.0),
         unit * random.uniform(0.5, 3.0),
@@ -79,7 +79,7 @@ fn walls(random: &mut Random, unit: f64) -> Option<[Wall; 2]> {
             .ok()?;
         Wall::new(&solved, pose).ok()
     };
-    Some([shape(0.0)?, shape(gain)?])
+    Some(([shape(0.0)?, shape(gain)?], pose))
 }
 
 fn check_point(random: &mut Random, walls: [&Wall; 3], unit: f64) {
@@ -181,7 +181,7 @@ fn check_image(
         attenuation: mu,
     };
     let torso = Organs::new(vec![torso]).ok()?;
-    let body = Body::new(vec![ring], *wall.pose()).ok()?;
+    let body = Body::new(vec![ring], pose).ok()?;
     let see = |sector: &Sector| {
         let mut image = vec![0.0_f64; bins * rows];
         let assembly = Assembly::new(&torso).with_body(&body, &[0.0], None);
@@ -192,7 +192,7 @@ fn check_image(
     };
     let mut plain = vec![0.0_f64; bins * rows];
     (solid.project_add(&rays, 1.0, &mut plain)).expect("finite input");
-    let place = (24.0 * unit, wall.pose().axis());
+    let place = (24.0 * unit, pose.axis());
     check_samples(random, &plain, &rays, place, |ray| solid.chord(ray));
     let seen = with_threads(1, || see(&solid));
     let again = with_threads(2, || see(&solid));
