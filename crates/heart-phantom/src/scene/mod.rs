@@ -1,4 +1,4 @@
-//! The sections of a [`Scene`](crate::Scene), its TOML file and validation. Types that are also used without a scene are in the root
+//! The sections of a [`Scene`], its TOML file and validation. Types that are also used without a scene are in the root
 //! of the crate, [`radon::Window`], [`radon::ArcPolicy`] and [`membrane_newton::PressureLaw`] in the re-exported crates.
 //!
 //! # Scene files
