@@ -1,15 +1,15 @@
 //! Covered fraction of a box crossed by one nearly flat part of the surface.
 //!
 //! A plane near the surface is clipped in closed form. The difference from the surface is integrated over the face most nearly
-//! parallel to the plane.
+//! parallel to the plane: in closed form along one side, by Gauss-Legendre quadrature across it.
 
 use nalgebra::{Point3, Vector3};
 
 use crate::voxels::field::Line;
 use crate::voxels::plane_clip::fraction_below;
 
-/// Nodes across and along a face: Gauss-Legendre, and equally spaced. Along a face the volume between nodes has a closed form, also where
-/// the surface leaves the box.
+/// Nodes across a face (Gauss-Legendre) and along it (equally spaced). Between the latter the clipped heights have an integral in closed
+/// form, also where the surface leaves the box.
 const ACROSS: usize = 6;
 const ALONG: usize = 8;
 
@@ -37,7 +37,11 @@ const COLUMNS: usize = ACROSS * ALONG;
 const U: [f64; COLUMNS] = columns(NODES, [1.0; ALONG]);
 const V: [f64; COLUMNS] = columns([1.0; ACROSS], EQUAL);
 const WEIGHT: [f64; COLUMNS] = columns(WEIGHTS, [0.5 / ALONG as f64; ALONG]);
-const INTERVAL: [f64; COLUMNS] = columns(WEIGHTS, INTERVALS);
+const INTERVAL: [f64; COLUMNS] = columns(WEIGHTS, {
+    let mut intervals = [0.5 / (ALONG - 1) as f64; ALONG];
+    intervals[ALONG - 1] = 0.0;
+    intervals
+});
 const EQUAL: [f64; ALONG] = {
     let mut equal = [0.0; ALONG];
     let mut k = 0;
@@ -46,11 +50,6 @@ const EQUAL: [f64; ALONG] = {
         k += 1;
     }
     equal
-};
-const INTERVALS: [f64; ALONG] = {
-    let mut intervals = [0.5 / (ALONG - 1) as f64; ALONG];
-    intervals[ALONG - 1] = 0.0;
-    intervals
 };
 
 const fn columns(u: [f64; ACROSS], v: [f64; ALONG]) -> [f64; COLUMNS] {
@@ -63,13 +62,16 @@ const fn columns(u: [f64; ACROSS], v: [f64; ALONG]) -> [f64; COLUMNS] {
     product
 }
 
-/// Coefficients of the error estimate: of the range of the surface over the plane in box heights, of the bound on its curvature, and of
-/// the largest angle in it. With them the error of random bodies, from sections, was at most 0.7 of the estimate; the square is
-/// that of the residual of one step to the surface.
+/// Coefficients of the error estimate: of the range of the surface over the plane in box heights, of the bound on its curvature (its square is
+/// that of the residual of one step to the surface), and of the largest angle in it. Measured: on 10^7 boxes of random bodies errors
+/// above 1e-4 were at most 0.75 of the estimate, with sections as reference.
 const OF_SPREAD: f64 = 0.012;
 const OF_BENDS: f64 = 0.002;
 const OF_BENDS_SQUARED: f64 = 0.045;
 const OF_ANGLE: f64 = 0.025;
+
+/// Part of the estimate for a corner of the box beyond the surface, between the columns: up to 6e-5 in those bodies.
+const CORNER: f64 = 8e-5;
 
 /// The step to the surface uses the slope at the point nearest to the centre of the box. In a cube the errors on both sides of the
 /// centre cancel and are covered by the terms above; this term covers long edges and kinks that leave the plane by more than this
@@ -144,7 +146,7 @@ impl simd_set::Work for Surface<'_> {
             [_, b, c] if b > c => 1,
             _ => 2,
         };
-        // Along the edge that is less perpendicular to the plane than e and more than the third.
+        // Nodes are equally spaced along v, the more nearly perpendicular to the plane of the other edges.
         let (u, v) = match ((e + 1) % 3, (e + 2) % 3) {
             (u, v) if steep[u] > steep[v] => (v, u),
             others => others,
@@ -190,7 +192,7 @@ impl simd_set::Work for Surface<'_> {
             change[k] = clip(surface[k], h) - clip(plane[k], h);
         }
         let spread = larger(fold(&change, larger), 0.0) - smaller(fold(&change, smaller), 0.0);
-        let correction = (within(&surface, h) - within(&plane, h)) / (2.0 * h);
+        let correction = (mean_within(&surface, h) - mean_within(&plane, h)) / (2.0 * h);
         let spread = spread / (2.0 * h);
         let heights = inv.abs() / (2.0 * h);
         let bends = (0.5 * turned + round) * heights;
@@ -202,9 +204,9 @@ impl simd_set::Work for Surface<'_> {
     }
 }
 
-/// Returns the mean over the face of heights, linear between nodes, each clipped to the box.
+/// Returns the mean over the face of the heights, clipped to the box of half height `h` and linear between nodes along the face.
 #[inline(always)]
-fn within(height: &[f64; COLUMNS], h: f64) -> f64 {
+fn mean_within(height: &[f64; COLUMNS], h: f64) -> f64 {
     // The integral of the clipped height.
     let mut integral = [0.0; COLUMNS];
     for k in 0..COLUMNS {
@@ -291,7 +293,8 @@ fn error(
     let long = larger(1.5 * (h / radius) * (h / radius) - 0.5, 0.0);
     let missed = long * bends * slope + OF_KINK * kink * larger(kink - KINK, 0.0);
     let curved = OF_BENDS * bends + OF_BENDS_SQUARED * bends * bends;
-    (1.0 + long) * (OF_SPREAD * spread + curved + OF_ANGLE * kink)
+    CORNER
+        + (1.0 + long) * (OF_SPREAD * spread + curved + OF_ANGLE * kink)
         + missed / larger(1.0 - slope, 1e-6)
 }
 
